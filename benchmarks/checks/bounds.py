@@ -1,7 +1,7 @@
-"""Bounds on measured numbers, as values that give both their text and the verdict.
+"""Bounds on measured numbers, which have both a text and a verdict.
 
-Each bound states its comparisons in numbers and in words; `Bound.verdict` is the only rule that
-turns them into a verdict. NaN never holds. The verdicts, one meaning each:
+Each bound states its comparisons in numbers and in words; `Bound.verdict` turns them into a
+verdict. NaN never holds. The verdicts:
 
 attained        a rate, order or constant is met within its uncertainty
 holds           an inequality or a qualitative statement is true, with the row's slack
@@ -9,7 +9,7 @@ exceeds         a rate or order is better than a proved lower bound, beyond that
 not reproduced  what the source measured comes out otherwise, on either side, as the reason says
 contradicted    false under the source's own protocol, in the reading that the row's reason states;
                 also an index slip, whichever side it errs on
-finding         of our own: the source says nothing about it, or too little to decide it
+finding         a finding of this suite: the source says nothing about it, or too little
 not run         nothing was measured
 """
 
@@ -45,7 +45,7 @@ class Comparison:
     better
         the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
     tolerance
-        beyond either end
+        distance beyond either end that is tolerated
     """
 
     number: float
@@ -68,7 +68,7 @@ class Comparison:
     def slack(self) -> float:
         """The factor by which the number may grow or shrink before it reaches an end.
 
-        NaN for a number or an end that is not positive, and where there is no end.
+        NaN for a number that is not positive, and without a positive end.
         """
         if not self.number > 0.0:
             return math.nan
@@ -98,7 +98,11 @@ class Bound(ABC):
         """The comparisons that the text states."""
 
     def verdict(self, measured: Measurement) -> str:
-        """The worst of the comparisons; NOT_RUN unless the measured number is finite."""
+        """The worst verdict of the comparisons.
+
+        CONTRADICTED for a measurement that refutes any rate; otherwise NOT_RUN unless the measured
+        number is finite.
+        """
         estimated = estimate(measured)
         if estimated.refuted:
             return CONTRADICTED
@@ -134,7 +138,7 @@ class Interval(Bound):
     better
         the side on which a number is better than claimed: ABOVE, BELOW or 0
     largest_tolerance
-        for standard errors
+        largest tolerance for standard errors
     """
 
     round_off: float = 0.0
@@ -156,13 +160,13 @@ class Interval(Bound):
     def text(self) -> str:
         tolerances = [in_words(self.round_off)] if self.round_off else []
         if self.uncertainty is not None:
-            both = " of both" if self.uncertainty else ""
+            of_both = " of both" if self.uncertainty else ""
             at_most = (
                 f" ({in_words(self.largest_tolerance)} at most)"
                 if self.largest_tolerance < math.inf
                 else ""
             )
-            tolerances.append(f"two standard errors{both}{at_most}")
+            tolerances.append(f"two standard errors{of_both}{at_most}")
         low, high = self.ends
         if -math.inf < low and high < math.inf:
             joint = " plus " if " within " in self.ends_text else " within "
@@ -178,14 +182,14 @@ class Interval(Bound):
 
 @dataclass(frozen=True)
 class Limit(Interval):
-    """An interval with one end; `word`, which the text says before the limit, is the side of it."""
+    """An interval with one end; `side` is "at most", "at least", "above" or "below"."""
 
     limit: float
-    word: str = field(kw_only=True)
+    side: str = field(kw_only=True)
 
     @property
     def ends_text(self) -> str:
-        return f"{self.word} {in_words(self.limit, self.round_off)}"
+        return f"{self.side} {in_words(self.limit, self.round_off)}"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -194,11 +198,11 @@ class Limit(Interval):
             "at least": (self.limit, math.inf),
             "above": (math.nextafter(self.limit, math.inf), math.inf),
             "below": (-math.inf, math.nextafter(self.limit, -math.inf)),
-        }[self.word]
+        }[self.side]
 
 
-AtMost, AtLeast = partial(Limit, word="at most"), partial(Limit, word="at least")
-Above, Below = partial(Limit, word="above"), partial(Limit, word="below")
+AtMost, AtLeast = partial(Limit, side="at most"), partial(Limit, side="at least")
+Above, Below = partial(Limit, side="above"), partial(Limit, side="below")
 
 
 @dataclass(frozen=True)
@@ -219,7 +223,7 @@ class Within(Interval):
 
 @dataclass(frozen=True)
 class Exactly(Interval):
-    """measured == value, for counts and shares."""
+    """measured == value, for counts and fractions."""
 
     value: float
 
@@ -253,8 +257,10 @@ class Near(Interval):
 
 @dataclass(frozen=True)
 class Order(Near):
-    """error = O(h^claimed), of a Fit: a larger order is better. No scatter meets an order: standard
-    errors are tolerated up to one more resolution."""
+    """The order of a Fit, error = O(h^claimed); a larger order is better.
+
+    Standard errors are tolerated up to one more resolution, so that scatter does not meet an order.
+    """
 
     resolution: float = ORDER_RESOLUTION
     uncertainty: float | None = field(default=0.0, kw_only=True)
@@ -267,8 +273,10 @@ class Order(Near):
 
 @dataclass(frozen=True)
 class Base(Near):
-    """error = O(claimed^n), of a Fit: a smaller base is better. Standard errors are tolerated up to
-    two more resolutions, one unit of the last printed digit."""
+    """The base of a Fit, error = O(claimed^n); a smaller base is better.
+
+    Standard errors are tolerated up to two more resolutions, one unit of the last printed digit.
+    """
 
     uncertainty: float | None = field(default=0.0, kw_only=True)
     better: int = field(default=BELOW, kw_only=True)
@@ -308,8 +316,11 @@ class Finding(Bound):
 
 @dataclass(frozen=True)
 class Reported(Bound):
-    """A number that the source measured: the verdict of `reported` where that bound is met, else
-    NOT_REPRODUCED where `instead`, the bound of our own value, is met, else CONTRADICTED."""
+    """A number that the source measured.
+
+    The verdict is that of `reported` where that bound is met; NOT_REPRODUCED where `instead`, the
+    bound of the value measured here, is met; otherwise CONTRADICTED or NOT_RUN.
+    """
 
     reported: Bound
     instead: Bound
@@ -327,12 +338,13 @@ class Reported(Bound):
         verdict = super().verdict(measured)
         if verdict == HOLDS:
             return self.reported.met
-        instead = Finding(self.instead).verdict(measured) == FINDING
-        return NOT_REPRODUCED if instead else verdict
+        is_own_value = Finding(self.instead).verdict(measured) == FINDING
+        return NOT_REPRODUCED if is_own_value else verdict
 
 
 def standard_errors(measured: Measurement, uncertainty: float | None) -> float:
-    """Two standard errors, of measured and claimed number combined; 0 where there are none."""
+    """Twice the sum of the standard errors of the measured and the claimed number; 0 where
+    `uncertainty` is None."""
     error = estimate(measured).uncertainty
     return 0.0 if uncertainty is None else 2.0 * ((error or 0.0) + uncertainty)
 

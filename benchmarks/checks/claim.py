@@ -1,4 +1,4 @@
-"""A claim of a paper as an executable check: a study that measures and a judge that compares."""
+"""A claim of a paper as an executable check: a study that measures, and a comparison."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from benchmarks.checks.faults import Fault
 from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Measurement, estimate
 
-MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
+MakeMethod = Callable[..., Any]  # (space, rule, and perhaps a chart) -> method
 Report = Callable[[str], None]
-LAST = 4  # local slopes in a row
+SHOWN_SLOPES = 4  # largest number of local slopes in the text of a row
 AGREEMENT = "agreement"  # the source of rows that compare two codes instead of checking a claim
 
 
@@ -35,7 +35,7 @@ class Row:
     Attributes
     ----------
     id
-        of the claim, e.g. "V3"; several rows may share one
+        id of the claim, e.g. "V3"; several rows may share one
     quantity
         the measured quantity, e.g. "base of one-step error"
     source
@@ -49,24 +49,25 @@ class Row:
     measured
         the measured number
     uncertainty
-        of the measured number (one standard deviation of a fit), or None
+        standard error of the measured number; None where it is not known
     slack
-        the factor between measured number and bound of a row that holds, or None
+        factor between measured number and bound of a row that holds; None for others
     slopes
-        local slopes of a fitted order, coarse to fine, at most LAST of the finest; "" for others
+        local slopes of a fitted order, coarse to fine, at most SHOWN_SLOPES of the finest; "" for
+        others
     misses
-        an order's distance from the one that it should have, in its standard errors; None where
-        that is not known
+        distance of an order from its expected value, in its standard errors; None where that value
+        is not known
     expected
         the verdict expected when the row was written
     reason
-        why it is expected
+        reason for the expected verdict
     reference
         the independent truths, with the versions of their engines
     verdict
-        one of `benchmarks.checks.bounds.VERDICTS`
+        a verdict of `benchmarks.checks.bounds.VERDICTS`
     absent
-        the package for want of which it was not run, which is then expected; or ""
+        the missing package because of which it was not run, which is then expected; or ""
     """
 
     id: str
@@ -87,10 +88,10 @@ class Row:
     absent: str = ""
 
 
-def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts: str) -> Row:
-    """The row of a measurement and its bound; `texts` are the other fields.
+def checked_row(id: str, quantity: str, bound: Bound, measured: Measurement, **texts: str) -> Row:
+    """The row of a measurement and its bound; `texts` are further fields.
 
-    The verdict expected, unless `texts` say otherwise, is that of a bound that is met.
+    Without `expected` in `texts`, the expected verdict is that of a bound that is met.
     """
     estimated = estimate(measured)
     texts = {"expected": bound.met, **texts}
@@ -111,12 +112,13 @@ def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts:
 def _slopes(measured: Measurement) -> str:
     if not isinstance(measured, Fit):
         return ""
-    finest = ", ".join(f"{slope:.2f}" for slope in measured.slopes[-LAST:])
+    finest = ", ".join(f"{slope:.2f}" for slope in measured.slopes[-SHOWN_SLOPES:])
     return f"{finest}; not settled" if measured.bend else finest
 
 
 def _misses(bound: Bound, expected: str, measured: Measurement) -> float | None:
-    """The misses of a fit whose bound names the expected order; None for others."""
+    """The distance of a fitted order from the order of its bound, in standard errors; None where
+    the bound names no order."""
     if isinstance(bound, Reported):
         bound = bound.reported if expected == bound.reported.met else bound.instead
     elif isinstance(bound, Finding) and bound.our_bound is not None:
@@ -157,7 +159,7 @@ class Claim:
     notes
         derivations and remarks, for the page
     caught
-        mistakes that the rows must contradict, at least one
+        mistakes, each of which at least one row must contradict
     """
 
     id: str

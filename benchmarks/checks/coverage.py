@@ -1,4 +1,4 @@
-"""Do the stated errors of fitted orders cover? Counted over orders whose true value is known."""
+"""How often the stated errors of fitted orders contain the true order, where that is known."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from benchmarks.checks.claim import Row
 
-SIGMAS, SHARE = 2.0, 0.05  # standard errors, and the share of orders farther off than that
-CHANCE = 1e-3  # probability of as many misses, below which the stated errors are too small
+SIGMAS, EXPECTED_FRACTION = 2.0, 0.05  # standard errors, and expected fraction beyond them
+LEAST_PROBABILITY = 1e-3  # of as many misses: below it the stated errors are too small
 
 
 @dataclass(frozen=True)
@@ -21,15 +21,19 @@ class Coverage:
 
     @property
     def is_plausible(self) -> bool:
-        """Whether as many misses have at least the probability CHANCE; True without orders."""
+        """Whether as many misses have at least the LEAST_PROBABILITY; True without orders."""
         from scipy.stats import binom  # half a second
 
-        return self.beyond == 0 or float(binom.sf(self.beyond - 1, self.orders, SHARE)) >= CHANCE
+        return (
+            self.beyond == 0
+            or float(binom.sf(self.beyond - 1, self.orders, EXPECTED_FRACTION)) >= LEAST_PROBABILITY
+        )
 
     def __str__(self) -> str:
         return (
             f"of {self.orders} fitted orders whose true value is known, {self.beyond} miss it by "
-            f"more than two of their standard errors ({SHARE * self.orders:.0f} would by chance)"
+            f"more than two of their standard errors "
+            f"({EXPECTED_FRACTION * self.orders:.0f} would by chance)"
         )
 
 

@@ -18,18 +18,18 @@ ORACLES = "distance between the two references"
 
 @dataclass(frozen=True)
 class Fault:
-    """A mistake in the methods, in a function or in what was measured.
+    """A mistake in the methods, in a function or in the measured table.
 
     Attributes
     ----------
     make
-        instead of `galvi.Galerkin`
+        function that takes the place of `galvi.Galerkin`
     wrong
-        dotted name -> function of the object of that name that returns its replacement
+        dotted name -> function that takes the object of that name and returns its replacement
     table
-        changes a copy of the study's table
+        function that changes a copy of the study's table in place
     name
-        of the fault in the claim's document
+        name of the fault in the claim's document
     contradicted
         quantities of the rows that the fault must contradict
     """
@@ -42,7 +42,7 @@ class Fault:
 
 
 def faulty(**scale: float) -> Callable[..., Any]:
-    """Methods with these arrays of their table multiplied.
+    """A function that makes methods with these arrays of their table multiplied.
 
     Methods with a degree for each component stay unchanged: they do not step by their table.
     """
@@ -58,9 +58,9 @@ def faulty(**scale: float) -> Callable[..., Any]:
 
 
 def with_table(original: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
-    """The method with another table and another name of its rule.
+    """A copy of the method with another table and another name of its rule.
 
-    Made without its constructor, which would tabulate the renamed rule once more.
+    The constructor is not called, since it would tabulate the renamed rule again.
     """
     method = copy(original)
     vars(method).update(
@@ -86,17 +86,18 @@ def of_motion(
 
 
 def always(value: Any) -> Callable[[Any], Any]:
-    """A replacement by this value."""
+    """A function that replaces an object by this value."""
     return lambda original: value
 
 
 def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
-    """A shorter study: names of its module have these values."""
+    """Replacements that shorten a study: constants of its module have these values."""
     return {f"{module}.{name}": always(value) for name, value in values.items()}
 
 
 def scaled(by: float) -> Callable[[Any], Any]:
-    """A replacement whose value, or each of its values, is multiplied."""
+    """A function that replaces a function by one whose value, or each of whose values, is
+    multiplied."""
 
     def wrong(value: Any) -> Any:
         return tuple(by * part for part in value) if isinstance(value, tuple) else by * value
@@ -105,12 +106,12 @@ def scaled(by: float) -> Callable[[Any], Any]:
 
 
 def with_arguments(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
-    """A replacement that calls the original with changed arguments."""
+    """A function that replaces a function by one that calls it with changed arguments."""
     return lambda original: lambda *arguments, **how: original(*change(*arguments), **how)
 
 
 def heavier(problem: Problem) -> Problem:
-    """The centre, or the Sun, heavier by a millionth; or a body about its third axis."""
+    """The problem with the mass of its centre or Sun, or a body's third moment, larger by 1e-6."""
     system: Any = problem.system
     if isinstance(system, galvi.RigidBody):
         moments = system.inertia * np.diag([1.0, 1.0, 1.0 + 1e-6])
@@ -123,7 +124,7 @@ def heavier(problem: Problem) -> Problem:
 
 
 def reversed_clock(problem: Problem) -> Problem:
-    """The start with its velocity reversed."""
+    """The problem with its initial velocity reversed."""
     return replace(problem, v0=-problem.v0)
 
 
@@ -132,7 +133,7 @@ def _set_apart(table: pd.DataFrame) -> None:
 
 
 def times(by: float, power: float = 0.0, **where: str) -> Callable[[pd.DataFrame], None]:
-    """A change of a table: the values of these rows times `by` step^power."""
+    """A function that multiplies the values of these rows of a table by `by` step^power."""
 
     def change(table: pd.DataFrame) -> None:
         chosen = pd.Series(True, index=table.index)

@@ -52,7 +52,7 @@ import pandas as pd
 
 from benchmarks.checks import bounds, series_bounds
 from benchmarks.checks.bounds import NOT_RUN, VERDICTS, Bound
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, checked_row
 from benchmarks.checks.faults import Fault, faulty
 from benchmarks.statistics.estimate import Measurement
 from benchmarks.store.frames import frame, row
@@ -487,7 +487,7 @@ def _row(section: Section, line: Mapping[str, str], numbers: Mapping[str, Any]) 
         texts |= measured.texts()
         measured = measured.value
     bound = bound_of(_filled(line["bound"], numbers, "r"))
-    return judged(section.id, line["quantity"], bound, measured, **texts)
+    return checked_row(section.id, line["quantity"], bound, measured, **texts)
 
 
 def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:

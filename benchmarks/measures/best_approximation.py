@@ -16,7 +16,7 @@ from galvi import Trajectory
 from galvi.arrays import Array
 
 Motion = Callable[[Array], tuple[Array, Array]]
-POINTS = 24  # Gauss points in each piece of a subinterval between kinks
+GAUSS_POINTS = 24  # Gauss points in each piece of a subinterval between kinks
 
 
 def best_errors(motion: Motion, edges: Array, degree: int, kinks: Sequence[float] = ()) -> Array:
@@ -25,25 +25,25 @@ def best_errors(motion: Motion, edges: Array, degree: int, kinks: Sequence[float
     Parameters
     ----------
     motion
-        t -> (u, u'), of t's shape
+        function t -> (u, u'), of t's shape
     edges : array, shape (K + 1,)
-        increasing
+        ends of the subintervals, increasing
     kinks
-        where u is not smooth: quadrature stops there
+        times at which u is not smooth, at most one in each subinterval, whose quadrature is split
     """
     starts, stops = edges[:-1], edges[1:]
-    errors = misses(motion, *_nodes(starts, stops), starts, stops, degree)
+    errors = residual_norms(motion, *_nodes(starts, stops), starts, stops, degree)
     for kink in kinks:
         for k in np.flatnonzero((starts < kink) & (kink < stops)):
             start, stop = starts[k : k + 1], stops[k : k + 1]
             parts = [_nodes(start, np.array([kink])), _nodes(np.array([kink]), stop)]
             t, w = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
-            errors[k] = misses(motion, t, w, start, stop, degree)[0]
+            errors[k] = residual_norms(motion, t, w, start, stop, degree)[0]
     return errors
 
 
 def step_error(run: Trajectory, motion: Motion, kinks: Sequence[float] = ()) -> float:
-    """|u - u_N|_X of the first step of a run with one component."""
+    """|u - u_N|_X of the first step of a run with one component; quadrature is split at kinks."""
     start, stop = float(run.t[0]), float(run.t[1])
     ends = np.array([start, *(kink for kink in kinks if start < kink < stop), stop])
     return error_at(run, motion, *(part.ravel() for part in _nodes(ends[:-1], ends[1:])))
@@ -56,19 +56,22 @@ def error_at(run: Trajectory, motion: Motion, t: Array, w: Array) -> float:
     return float(np.sqrt(np.sum(w * gap**2) + end**2 / (run.t[1] - run.t[0])))
 
 
-def misses(motion: Motion, t: Array, w: Array, starts: Array, stops: Array, degree: int) -> Array:
-    """Norms of the residuals of projections of u', (K,); quadrature nodes t, weights w, (K, p)."""
-    slope, h = motion(t)[1], (stops - starts)[:, None]
+def residual_norms(
+    motion: Motion, t: Array, w: Array, starts: Array, stops: Array, degree: int
+) -> Array:
+    """Norms (K,) of the residuals of projections of u', with quadrature nodes t and weights w,
+    (K, p) each."""
+    residual, h = motion(t)[1], (stops - starts)[:, None]
     P = legvander(2.0 * (t - starts[:, None]) / h - 1.0, degree - 1)
     scale = (2.0 * np.arange(degree) + 1.0) / h
     for _ in range(2):  # the second pass removes the rounding errors of the first
-        parts = scale * np.einsum("kpi,kp->ki", P, w * slope)
-        slope = slope - np.einsum("kpi,ki->kp", P, parts)
-    return np.sqrt(np.sum(w * slope**2, axis=1))
+        parts = scale * np.einsum("kpi,kp->ki", P, w * residual)
+        residual = residual - np.einsum("kpi,ki->kp", P, parts)
+    return np.sqrt(np.sum(w * residual**2, axis=1))
 
 
 def _nodes(starts: Array, stops: Array) -> tuple[Array, Array]:
-    """Gauss points and weights of each interval, (K, POINTS)."""
-    x, w = leggauss(POINTS)
+    """Gauss points and weights of each interval, (K, GAUSS_POINTS)."""
+    x, w = leggauss(GAUSS_POINTS)
     half = 0.5 * (stops - starts)[:, None]
     return starts[:, None] + half * (1.0 + x), half * w

@@ -1,4 +1,4 @@
-"""Motions between given ends, and how far a curve is from them."""
+"""Motions between given ends, and distances of curves from them."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from references import Contender
 # Distances are in W^{1,1} of the step, the integral of |q - q_exact| + |q' - q'_exact| (H 2.3.4),
 # and in L^infinity, the largest |q - q_exact|.
 
-SAMPLES = 200  # of the step, for the integral
-PASSES = 20
+STEP_SAMPLES = 200  # of the step, for the integral
+MOST_BROYDEN_STEPS = 20
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
 ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
-NUDGE = 1e-4
-MISSED = 2e-15  # of points of size 1; the truth is rounded to 2e-16
+VELOCITY_CHANGE = 1e-4
+ARRIVAL_TOLERANCE = 2e-15  # of points of size 1; the truth is rounded to 2e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +35,14 @@ class BoundaryValueMotion:
 
     def distances(self, run: Trajectory) -> tuple[float, float]:
         """Distances of a run's first step from the motion to the same point, in W^{1,1} and
-        L^infinity; NaN where no motion was found."""
+        L^infinity; NaN where none is found."""
         exact = self.arriving_at(run.q[1])
         if exact is None:
             return float("nan"), float("nan")
         velocity = self.problem.system.velocity(exact.p)
-        gap, rate = run(exact.t) - exact.q, run.velocity(exact.t) - velocity
-        gap_norm, rate_norm = np.linalg.norm(gap, axis=1), np.linalg.norm(rate, axis=1)
-        return float(np.trapezoid(gap_norm + rate_norm, exact.t)), float(np.max(gap_norm))
+        gap, velocity_gap = run(exact.t) - exact.q, run.velocity(exact.t) - velocity
+        gap_norm, velocity_norm = np.linalg.norm(gap, axis=1), np.linalg.norm(velocity_gap, axis=1)
+        return float(np.trapezoid(gap_norm + velocity_norm, exact.t)), float(np.max(gap_norm))
 
     def square_of_rates(self, run: Trajectory) -> float:
         """Integral of |q' - q'_exact|^2 over a run's first step and the motion to the same point:
@@ -50,19 +50,20 @@ class BoundaryValueMotion:
         exact = self.arriving_at(run.q[1])
         if exact is None:
             return float("nan")
-        rate = run.velocity(exact.t) - self.problem.system.velocity(exact.p)
-        return float(simpson(np.sum(rate * rate, axis=1), x=exact.t))
+        velocity_gap = run.velocity(exact.t) - self.problem.system.velocity(exact.p)
+        return float(simpson(np.sum(velocity_gap * velocity_gap, axis=1), x=exact.t))
 
     def error(self, run: Trajectory) -> float:
-        """Largest component by which a run's first step misses the motion from v0."""
+        """Largest component of the error of a run's first step against the motion from v0."""
         return float(np.max(np.abs(run.q[1] - self.end)))
 
     def arriving_at(self, last: Array) -> Trajectory | None:
-        """The motion to ``last`` that is near the one from v0, by Broyden's method, or None."""
+        """The motion to ``last`` that Broyden's method finds from v0; None where it does not
+        converge."""
         v, gap, slope = np.array(self.problem.v0), self.end - last, self.slope
-        for _ in range(PASSES):
-            if np.max(np.abs(gap)) <= MISSED:
-                return self.truth.run(self._from(v), self.step, {"samples": SAMPLES})
+        for _ in range(MOST_BROYDEN_STEPS):
+            if np.max(np.abs(gap)) <= ARRIVAL_TOLERANCE:
+                return self.truth.run(self._from(v), self.step, {"samples": STEP_SAMPLES})
             change = -np.linalg.solve(slope, gap)
             if not np.all(np.isfinite(change)) or not np.any(change):
                 return None
@@ -78,11 +79,14 @@ class BoundaryValueMotion:
 
     @cached_property
     def slope(self) -> Array:
-        """Derivative of the end by the initial velocity at v0, (d, d), by central differences."""
-        nudges = NUDGE * np.eye(self.problem.v0.size)
+        """Derivative of the end by the initial velocity, at v0, (d, d), by central differences."""
+        nudges = VELOCITY_CHANGE * np.eye(self.problem.v0.size)
         v = self.problem.v0
         return np.stack(
-            [(self._end_from(v + e) - self._end_from(v - e)) / (2.0 * NUDGE) for e in nudges],
+            [
+                (self._end_from(v + e) - self._end_from(v - e)) / (2.0 * VELOCITY_CHANGE)
+                for e in nudges
+            ],
             axis=1,
         )
 
@@ -98,7 +102,7 @@ class BoundaryValueMotion:
 # Distances as in H 3.3.3: the W^{1,1} norm over the step of the difference of xi = Phi^-1(R0^T R),
 # Phi the Cayley transform, by textbook formulas independent of galvi's charts.
 
-SHOTS = 6
+MOST_NEWTON_STEPS = 6
 
 
 def distance(run: Trajectory, truth: Contender) -> float:
@@ -115,22 +119,22 @@ def distance(run: Trajectory, truth: Contender) -> float:
 
 
 def between(
-    problem: Problem, last: Array, h: float, truth: Contender, samples: int = SAMPLES
+    problem: Problem, last: Array, h: float, truth: Contender, samples: int = STEP_SAMPLES
 ) -> Trajectory | None:
-    """The exact motion from q0 to ``last`` in the time h, near the one from v0; None if not found.
-
-    By Newton's method on the initial velocity.
-    """
+    """The exact motion from q0 to ``last`` in the time h that Newton's method finds from v0; None
+    where it does not converge."""
     v = np.array(problem.v0)
-    for _ in range(SHOTS):
+    for _ in range(MOST_NEWTON_STEPS):
         miss = _miss(problem, v, last, h, truth)
         if not np.all(np.isfinite(miss)):
             return None
         slope = np.empty((3, 3))
         for k in range(3):
-            nudge = NUDGE * np.eye(3)[k]
+            nudge = VELOCITY_CHANGE * np.eye(3)[k]
             ahead = _miss(problem, v + nudge, last, h, truth)
-            slope[:, k] = (ahead - _miss(problem, v - nudge, last, h, truth)) / (2.0 * NUDGE)
+            slope[:, k] = (ahead - _miss(problem, v - nudge, last, h, truth)) / (
+                2.0 * VELOCITY_CHANGE
+            )
         change = np.linalg.solve(slope, miss)
         v = v - change
         if np.max(np.abs(change)) < 1e-15:
@@ -146,8 +150,8 @@ def _from(problem: Problem, v: Array) -> Problem:
 
 def _miss(problem: Problem, v: Array, last: Array, h: float, truth: Contender) -> Array:
     """The skew part of last^T R(h), (3,)."""
-    arrived = truth.run(_from(problem, v), h, {"samples": 1}).q[-1]
-    S = last.T @ arrived
+    end = truth.run(_from(problem, v), h, {"samples": 1}).q[-1]
+    S = last.T @ end
     return 0.5 * np.array([S[2, 1] - S[1, 2], S[0, 2] - S[2, 0], S[1, 0] - S[0, 1]])
 
 

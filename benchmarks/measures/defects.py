@@ -17,28 +17,29 @@ from galvi.arrays import Array
 from galvi.systems.lagrangian import momentum_at, velocity_at
 
 CONSERVED_CHANGE = 1e-8  # largest relative change of a conserved component in an accurate motion
-LONGEST = 5.0  # seconds that differencing a step may take
+MOST_SECONDS = 5.0  # that differencing a step may take
 INVARIANTS: Mapping[str, Callable[[Trajectory], Array]] = {
     "energy": galvi.energy,
     "angular momentum": galvi.momentum_map,
     "linear momentum": galvi.linear_momentum,
 }
-StepMap = Callable[[Problem], tuple[Array, Array]]  # the state (q, p) after a step from its start
+StepMap = Callable[[Problem], tuple[Array, Array]]  # problem -> (q, p) after a step from its start
 
 
 def invariants(run: Trajectory) -> dict[str, Array]:
-    """Name -> values (saved, components) of the invariants that the system has."""
+    """Values (saved, components) of the invariants that are defined for the system, by name."""
     values = {}
-    for name, of in INVARIANTS.items():
+    for name, invariant in INVARIANTS.items():
         try:
-            values[name] = np.asarray(of(run)).reshape(len(run.t), -1)
+            values[name] = np.asarray(invariant(run)).reshape(len(run.t), -1)
         except ValueError:  # not defined for this system
             continue
     return values
 
 
 def kept_components(motion: Trajectory) -> dict[str, Array]:
-    """Name -> (components,) whether an accurate motion conserves the component."""
+    """Whether an accurate motion conserves each component of an invariant, (components,), by
+    name."""
     return {
         name: np.max(np.abs(values - values[0]), axis=0)
         <= CONSERVED_CHANGE * _size(motion, name, values)
@@ -61,17 +62,17 @@ def largest_changes(run: Trajectory, conserved: Mapping[str, Array]) -> tuple[fl
 
 
 def _size(run: Trajectory, name: str, values: Array) -> float:
-    """Largest norm at a time: of the linear momentum that of all p, as it is 0 about the centre of
-    mass; 1 where it is always 0."""
-    of = run.p.reshape(len(run.t), -1) if name == "linear momentum" else values
-    return float(np.max(np.linalg.norm(of, axis=1))) or 1.0
+    """Largest norm of the values at any time; 1 where it is 0. For the linear momentum, which is 0
+    about the centre of mass, the largest norm of all p."""
+    vectors = run.p.reshape(len(run.t), -1) if name == "linear momentum" else values
+    return float(np.max(np.linalg.norm(vectors, axis=1))) or 1.0
 
 
 def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
     """Largest entry of DF^T W1 DF - W0 over |DF|^2 for a step (q0, p0) -> (q1, p1), differenced
     with order eight, to about 1e-12; it shares no code with `galvi.symplecticity_defect`.
 
-    NaN where a step fails, where the differences would take more than LONGEST seconds, and for
+    NaN where a step fails, where the differences would take more than MOST_SECONDS, and for
     massless bodies, whose momenta are no coordinates.
     """
     system: Any = problem.system
@@ -79,9 +80,9 @@ def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
         return np.nan
     if not np.all(np.isfinite(step(problem)[1])):  # this first step may compile
         return np.nan
-    begun = time.perf_counter()
+    start = time.perf_counter()
     step(problem)
-    if (time.perf_counter() - begun) * 16 * problem.v0.size > LONGEST:
+    if (time.perf_counter() - start) * 16 * problem.v0.size > MOST_SECONDS:
         return np.nan
 
     def end(q: Array, p: Array) -> tuple[Array, Array]:
@@ -95,9 +96,12 @@ def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
 
 
 def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Problem) -> Array:
-    """D(q1, p1)/D(q0, p0), (2 d, 2 d), differenced in q and M^-1 p, with M = L L^T the mass at the
-    start, and written in the conjugate coordinates L^T q and L^-1 p, in units of their largest
-    entries there: else light bodies, whose small momenta are large velocities, hide the rest."""
+    """D(q1, p1)/D(q0, p0), (2 d, 2 d), in the coordinates L^T q and L^-1 p.
+
+    M = L L^T is the mass matrix at the start. Differences are taken in q and M^-1 p, and the
+    coordinates are in units of their largest entries at the start: otherwise light bodies, whose
+    small momenta are large velocities, would hide the other bodies.
+    """
     d, start = problem.q0.size, [problem.q0, problem.p0]
     L = _root_of_mass(problem)
     from_p = np.linalg.inv(L @ L.T)
@@ -109,14 +113,14 @@ def _derivative(end: Callable[[Array, Array], tuple[Array, Array]], problem: Pro
         part, entry = divmod(column, d)
         for k, weight in enumerate(WEIGHTS, start=1):
             for sign in (1.0, -1.0):
-                moved = [x.copy() for x in start]
-                moved[part] += sign * k * shifts[part][:, entry].reshape(start[part].shape)
-                q, p = (x.ravel() for x in end(*moved))
+                shifted = [x.copy() for x in start]
+                shifted[part] += sign * k * shifts[part][:, entry].reshape(start[part].shape)
+                q, p = (x.ravel() for x in end(*shifted))
                 derivative[:, column] += sign * weight * np.concatenate([q, from_p @ p])
     derivative /= np.repeat(lengths, d)
     zero, sizes = np.zeros((d, d)), [largest(L.T @ x) or 1.0 for x in (problem.q0.ravel(), v)]
-    to = np.block([[L.T / sizes[0], zero], [zero, L.T / sizes[1]]])
-    return to @ derivative @ np.linalg.inv(to)
+    scaling = np.block([[L.T / sizes[0], zero], [zero, L.T / sizes[1]]])
+    return scaling @ derivative @ np.linalg.inv(scaling)
 
 
 def _root_of_mass(problem: Problem) -> Array:

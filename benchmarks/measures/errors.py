@@ -1,8 +1,8 @@
 """Errors of a run against a reference, and of its invariants.
 
-``truth`` is a trajectory of a reference at ``per_step`` evenly spaced times in each step of
-``run``, step ends included. Each function returns one number, or an array over time where noted; a
-failed run gives NaN.
+``truth`` is a trajectory of a reference at evenly spaced times, the same number in each step of
+``run``, step ends included. Each function returns a number, or an array over time where noted; NaN
+for a failed run.
 """
 
 from __future__ import annotations

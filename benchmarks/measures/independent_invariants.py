@@ -1,4 +1,4 @@
-"""Energies and momenta by formulas of their own, of positions and velocities or momenta."""
+"""Energies and momenta by textbook formulas, from positions and velocities or momenta."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def energy(problem: Problem, q: Array, v: Array) -> Array:
                 total -= system.G * mass * system.masses[j] / distance
         return total
     if isinstance(system, RigidBody):
-        return _turning_energy(system, v) + _height_energy(system.potential, q)
+        return _rotation_energy(system, v) + _height_energy(system.potential, q)
     if isinstance(system, FreeBody) and system.potential is None:
-        thrown = 0.5 * system.mass * np.sum(v[:, 3:] ** 2, axis=-1)
+        translation = 0.5 * system.mass * np.sum(v[:, 3:] ** 2, axis=-1)
         for axis in range(3):
-            thrown -= system.mass * system.g[axis] * q[:, axis, 3]
-        return _turning_energy(system, v) + thrown
+            translation -= system.mass * system.g[axis] * q[:, axis, 3]
+        return _rotation_energy(system, v) + translation
     kinetic = 0.5 * _mass(problem) * np.sum(v**2, axis=-1)
     potential = system.potential if isinstance(system, Canonical) else None
     if isinstance(potential, LinearSpring):
@@ -57,17 +57,20 @@ def energy(problem: Problem, q: Array, v: Array) -> Array:
 
 
 def angular_momentum(problem: Problem, q: Array, v: Array) -> Array:
-    """Sum of m q x v, (k,) in the plane and (k, 3) in space; R J v for a rigid body."""
+    """Sum of m q x v, (k,) in the plane and (k, 3) in space; R J v for a rigid body.
+
+    TypeError for a system without a scalar mass that is neither.
+    """
     system = problem.system
     if isinstance(system, RigidBody):
         return np.stack([_along(q[:, axis], v, system.inertia) for axis in range(3)], axis=-1)
     if isinstance(system, NBody):
-        total = [m * _turning(q[:, i], v[:, i]) for i, m in enumerate(system.masses)]
+        total = [m * _cross(q[:, i], v[:, i]) for i, m in enumerate(system.masses)]
         return np.sum(total, axis=0)
-    return _mass(problem) * _turning(q, v)
+    return _mass(problem) * _cross(q, v)
 
 
-def _turning(q: Array, v: Array) -> Array:
+def _cross(q: Array, v: Array) -> Array:
     if q.shape[-1] == 2:
         return q[..., 0] * v[..., 1] - q[..., 1] * v[..., 0]
     x, y, z = q[..., 0], q[..., 1], q[..., 2]
@@ -75,7 +78,7 @@ def _turning(q: Array, v: Array) -> Array:
     return np.stack([y * c - z * b, z * a - x * c, x * b - y * a], axis=-1)
 
 
-def _turning_energy(system: RigidBody | FreeBody, v: Array) -> Array:
+def _rotation_energy(system: RigidBody | FreeBody, v: Array) -> Array:
     """Half the sum of v_i J_ij v_j."""
     total = np.zeros(len(v))
     for i in range(3):
@@ -119,12 +122,12 @@ def _mass(problem: Problem) -> float:
 
 
 def hamiltonian(problem: Problem, q: Array, p: Array) -> Array:
-    """The energy above, of momenta, (k,)."""
+    """The energy of `energy` as a function of momenta, (k,)."""
     return energy(problem, q, problem.system.velocity(p))
 
 
 def henon_heiles(problem: Problem, q: Array, p: Array) -> Array:
-    """For unit mass: p^2 / 2 + (x^2 + y^2) / 2 + x^2 y - y^3 / 3 (Astron. J. 69 (1964) 73)."""
+    """p^2 / 2 + (x^2 + y^2) / 2 + x^2 y - y^3 / 3 for unit mass (Astron. J. 69 (1964) 73), (k,)."""
     x, y = q[:, 0], q[:, 1]
     return 0.5 * np.sum(p**2 + q**2, axis=-1) + x**2 * y - y**3 / 3.0
 

@@ -33,8 +33,11 @@ def waves(harmonics: int, frequency: float = 2.0 * np.pi) -> Functions:
 
 
 def broken_powers(degree: int, pieces: int, smooth: int) -> Functions:
-    """Powers, and (t - k / pieces)_+^j, j = smooth + 1 .. degree, at each joint: functions of this
-    degree on each piece with ``smooth`` continuous derivatives; at a joint the right-hand slope."""
+    """Polynomials of this degree on each piece, with ``smooth`` continuous derivatives.
+
+    They are powers, and (t - k / pieces)_+^j, j = smooth + 1 .. degree, at each joint k / pieces,
+    where the slope is the right-hand one.
+    """
     joints = [k / pieces for k in range(1, pieces)]
     return powers(degree) + [
         _power(j, joint) for joint in joints for j in range(smooth + 1, degree + 1)
@@ -43,8 +46,10 @@ def broken_powers(degree: int, pieces: int, smooth: int) -> Functions:
 
 def table(functions: Functions, t: Array) -> tuple[Array, Array]:
     """Values and slopes, (times, functions) each."""
-    both = [(u(t), du(t)) for u, du in functions]
-    return np.stack([u for u, _ in both], axis=1), np.stack([du for _, du in both], axis=1)
+    values_and_slopes = [(u(t), du(t)) for u, du in functions]
+    return np.stack([u for u, _ in values_and_slopes], axis=1), np.stack(
+        [du for _, du in values_and_slopes], axis=1
+    )
 
 
 def _power(k: int, start: float) -> tuple[Function, Function]:
@@ -154,7 +159,7 @@ def inf_sup(functions: Array, gram: Grams, form: Array | None = None) -> float:
     Parameters
     ----------
     form
-        a's Gram matrix; without it that of mass 1
+        Gram matrix of a; None for that of mass 1
     """
     a = gram.slope if form is None else form
     starts, ends = kernels(functions)

@@ -19,7 +19,7 @@ from galvi.arrays import Array
 from galvi.charts.chart import Chart
 from galvi.groups.group import Group
 
-TERMS = 18  # 0.5^18 / 18! is 6e-22
+TAYLOR_TERMS = 18  # 0.5^18 / 18! is 6e-22
 
 
 @dataclass(frozen=True)
@@ -30,19 +30,19 @@ class MatrixGroup:
 
     def matrix(self, g: Array) -> Array:
         """The element as a block-diagonal matrix, (N, N)."""
-        blocks, flat = [], np.asarray(g).ravel()
+        blocks, entries_left = [], np.asarray(g).ravel()
         for _, d, entries, rotations in self.group.layout:
-            part, flat = flat[:entries], flat[entries:]
+            part, entries_left = entries_left[:entries], entries_left[entries:]
             if rotations:
                 block = part.reshape(isqrt(entries), -1)
             else:
-                block = np.eye(d + 1, dtype=flat.dtype)
+                block = np.eye(d + 1, dtype=entries_left.dtype)
                 block[:d, d] = part
             blocks.append(block)
         return block_diag(*blocks)
 
     def element(self, matrix: Array) -> Array:
-        """Back to an array of ``group.shape``."""
+        """The element, an array of ``group.shape``, of a block-diagonal matrix."""
         parts, first = [], 0
         for _, d, entries, rotations in self.group.layout:
             side = isqrt(entries) if rotations else d + 1
@@ -59,7 +59,7 @@ class MatrixGroup:
         total = sum(isqrt(r) if turns else d + 1 for _, d, r, turns in layout)
         for _, d, entries, turns in layout:
             side = isqrt(entries) if turns else d + 1
-            blocks = [_turn(side, a, turns) for a in range(turns)]
+            blocks = [_rotation_generator(side, a, turns) for a in range(turns)]
             if d > turns:
                 for a in range(side - 1):
                     shift = np.zeros((side, side))
@@ -97,11 +97,11 @@ def cayley(X: Array) -> Array:
 
 
 def exponential(X: Array) -> Array:
-    """exp(X) of a small matrix: Taylor series of X / 2^k, squared k times; without threads."""
+    """exp(X) by the Taylor series of X / 2^k, squared k times."""
     halvings = max(0, int(np.ceil(np.log2(max(np.linalg.norm(X), 1e-300)))) + 1)
     part = X / 2.0**halvings
     matrix = term = np.eye(len(X))
-    for k in range(1, TERMS):
+    for k in range(1, TAYLOR_TERMS):
         term = term @ part / k
         matrix = matrix + term
     for _ in range(halvings):
@@ -116,8 +116,8 @@ MAPS: dict[Chart, Callable[[Array], Array]] = {
 }
 
 
-def _turn(side: int, axis: int, turns: int) -> Array:
-    i, j = (0, 1) if turns == 1 else ((axis + 1) % 3, (axis + 2) % 3)
+def _rotation_generator(side: int, axis: int, rotations: int) -> Array:
+    i, j = (0, 1) if rotations == 1 else ((axis + 1) % 3, (axis + 2) % 3)
     turn = np.zeros((side, side))
     turn[j, i], turn[i, j] = 1.0, -1.0
     return turn

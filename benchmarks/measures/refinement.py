@@ -41,7 +41,7 @@ def outcome(run: Trajectory) -> dict[str, Any]:
     return {"status": failure(run), "force_evaluations": run.counts["force_evaluations"]}
 
 
-def completed(run: Trajectory) -> bool:
+def all_steps_solved(run: Trajectory) -> bool:
     """Whether every step was solved, however large the error of the energy."""
     return bool(np.all(np.isfinite(run.p[-1])))
 
@@ -81,7 +81,8 @@ def refine(
     report: Report,
     method: MethodOf = method_of,
 ) -> list[dict[str, Any]]:
-    """One row for each case and quantity (names of `benchmarks.measures.errors.QUANTITIES`)."""
+    """One row for each case and quantity, a name of `benchmarks.measures.errors.QUANTITIES`; NaN
+    where a step was not solved."""
     exact: dict[tuple[float, int], Trajectory] = {}
     quantities = tuple(quantities)
     needs_truth = {"one-step error", "curve error"} & set(quantities)
@@ -91,10 +92,12 @@ def refine(
         report(f"n = {case.n}, {case.steps} steps of {case.step:.4g}")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
         span = (case.step * case.steps, case.steps * per_step)
-        if needs_truth and completed(run) and span not in exact:
+        if needs_truth and all_steps_solved(run) and span not in exact:
             exact[span] = truth.run(problem, span[0], {"samples": span[1]})
         values = {
-            quantity: QUANTITIES[quantity](run, exact.get(span)) if completed(run) else float("nan")
+            quantity: QUANTITIES[quantity](run, exact.get(span))
+            if all_steps_solved(run)
+            else float("nan")
             for quantity in quantities
         }
         measurements += rows(values, study=study, **case.columns, **outcome(run))
@@ -111,12 +114,13 @@ def refine_at_end(
     report: Report,
     method: MethodOf = method_of,
 ) -> list[dict[str, Any]]:
-    """One row for each case: the largest entry of q - exact at the final time."""
+    """One row for each case: the largest entry of q - exact at the final time, or NaN where a step
+    was not solved."""
     measurements = []
     for case in cases:
         report(f"{study}, n = {case.n}, {case.steps} steps")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
-        error = float(np.max(np.abs(run.q[-1] - exact))) if completed(run) else float("nan")
+        error = float(np.max(np.abs(run.q[-1] - exact))) if all_steps_solved(run) else float("nan")
         measurements += rows({quantity: error}, study=study, **case.columns, **outcome(run))
     return measurements
 
@@ -129,12 +133,17 @@ def history(
     make_method: MakeMethod,
     method: MethodOf = method_of,
 ) -> list[dict[str, Any]]:
-    """One row for each step end and quantity; ``measures`` maps its name to a function of the run
-    that returns one number for each step end."""
+    """One row for each step end and quantity.
+
+    Parameters
+    ----------
+    measures
+        name of a quantity -> function of the run that returns a number for each step end
+    """
     run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
-    where = {"study": study, **case.columns, **outcome(run)}
+    columns = {"study": study, **case.columns, **outcome(run)}
     return [
         row
         for quantity, measure in measures.items()
-        for row in frames.history(quantity, run.t, measure(run), **where)
+        for row in frames.history(quantity, run.t, measure(run), **columns)
     ]

@@ -15,7 +15,8 @@ from galvi.arrays import Array
 
 
 def energy(problem: Problem, R: Array, p: Array) -> Array:
-    """Kinetic plus potential energy, (k,). TypeError as `textbook.energy`."""
+    """Kinetic plus potential energy, (k,); TypeError unless the system is a RigidBody with a
+    textbook formula."""
     if not isinstance(problem.system, RigidBody):
         raise TypeError(f"this is a formula for a RigidBody; received {problem.system!r}.")
     return independent_invariants.energy(problem, R, p @ np.linalg.inv(problem.system.inertia))
@@ -27,7 +28,7 @@ def spatial_momentum(R: Array, p: Array) -> Array:
 
 
 def orthogonality_defect(R: Array) -> Array:
-    """Largest entry of R^T R - I, (k,)."""
+    """Largest magnitude of an entry of R^T R - I, (k,)."""
     defects = [
         np.sum(R[:, :, i] * R[:, :, j], axis=-1) - (i == j) for i in range(3) for j in range(i + 1)
     ]

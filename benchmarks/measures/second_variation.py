@@ -17,8 +17,8 @@ from galvi import Trajectory
 from galvi.arrays import Array
 
 NUDGE = 1e-4
-TINY = 1e-30
-FINE = 40  # points of the curve at which the constants are maximised
+COMPLEX_STEP = 1e-30
+CURVE_POINTS = 40  # points of the curve at which the constants are maximised
 
 
 @dataclass(frozen=True)
@@ -52,13 +52,13 @@ class Constants:
 
 
 def constants(run: Trajectory) -> Constants:
-    """The constants: extremes along the curve of a run of one step."""
-    xi, eta = _curve(run, np.linspace(0.0, 1.0, FINE))
-    turning, falling = _seconds(_kinetic, run, xi, eta), _seconds(_potential, run, xi, eta)
-    least_eigenvalue = float(np.min(np.linalg.eigvalsh(turning[:, 3:, 3:])))
-    mixed = 2.0 * float(np.max(np.linalg.norm(turning[:, :3, 3:], ord=2, axis=(1, 2))))
-    down = max(0.0, -float(np.min(np.linalg.eigvalsh(turning[:, :3, :3]))))
-    well = max(0.0, float(np.max(np.linalg.eigvalsh(falling[:, :3, :3]))))
+    """H's constants, as extremes along the curve of a run of one step."""
+    xi, eta = _curve(run, np.linspace(0.0, 1.0, CURVE_POINTS))
+    kinetic, potential = _seconds(_kinetic, run, xi, eta), _seconds(_potential, run, xi, eta)
+    least_eigenvalue = float(np.min(np.linalg.eigvalsh(kinetic[:, 3:, 3:])))
+    mixed = 2.0 * float(np.max(np.linalg.norm(kinetic[:, :3, 3:], ord=2, axis=(1, 2))))
+    down = max(0.0, -float(np.min(np.linalg.eigvalsh(kinetic[:, :3, :3]))))
+    well = max(0.0, float(np.max(np.linalg.eigvalsh(potential[:, :3, :3]))))
     return Constants(0.5 * least_eigenvalue, down + 0.5 * mixed**2 / least_eigenvalue, well)
 
 
@@ -85,7 +85,7 @@ def over_lower_form(run: Trajectory, step_constants: Constants) -> float:
 
 
 def _discrete(run: Trajectory) -> tuple[Array, Array, Array, Array]:
-    """D2S of the step, and the variations' values and rates at the stages, with their weights."""
+    """D2S of the step, and the values and rates of variations at the stages, with their weights."""
     table: Any = run.method.table
     h = run.t[1] - run.t[0]
     free = null_space(table.end[None, :])
@@ -96,8 +96,8 @@ def _discrete(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     size = 3 * free.shape[1]
     A = np.zeros((size, size))
     for j, weight in enumerate(weights):
-        moved = np.vstack([np.kron(inside[j], np.eye(3)), np.kron(rates[j], np.eye(3))])
-        A += weight * moved.T @ second[j] @ moved
+        variations = np.vstack([np.kron(inside[j], np.eye(3)), np.kron(rates[j], np.eye(3))])
+        A += weight * variations.T @ second[j] @ variations
     return A, inside, rates, weights
 
 
@@ -126,10 +126,10 @@ def _seconds(function: Any, run: Trajectory, xi: Array, eta: Array) -> Array:
             ahead, behind = z.copy(), z.copy()
             ahead[:, i] += NUDGE
             behind[:, i] -= NUDGE
-            ahead[:, j] += 1j * TINY
-            behind[:, j] += 1j * TINY
+            ahead[:, j] += 1j * COMPLEX_STEP
+            behind[:, j] += 1j * COMPLEX_STEP
             change = function(run, ahead).imag - function(run, behind).imag
-            hessians[:, i, j] = change / (2.0 * NUDGE * TINY)
+            hessians[:, i, j] = change / (2.0 * NUDGE * COMPLEX_STEP)
     return 0.5 * (hessians + np.swapaxes(hessians, 1, 2))
 
 
@@ -149,10 +149,10 @@ def _kinetic(run: Trajectory, z: Array) -> Array:
 
 def _potential(run: Trajectory, z: Array) -> Array:
     """-m g . R0 Phi(xi) centre."""
-    weight = run.problem.system.potential
-    if weight is None:
+    gravity = run.problem.system.potential
+    if gravity is None:
         return np.zeros(len(z), dtype=complex)
-    xi, centre = z[:, :3], np.broadcast_to(weight.centre, (len(z), 3))
+    xi, centre = z[:, :3], np.broadcast_to(gravity.centre, (len(z), 3))
     once = np.cross(xi, centre)
     square = np.sum(xi * xi, axis=1)[:, None]
     if isinstance(run.method.chart, galvi.Cayley):
@@ -160,7 +160,7 @@ def _potential(run: Trajectory, z: Array) -> Array:
     else:
         zeroth, first, _ = _turned(square)
         turned = centre + zeroth * once + first * np.cross(xi, once)
-    return -turned @ (run.problem.q0.T @ (weight.mass * weight.g))
+    return -turned @ (run.problem.q0.T @ (gravity.mass * gravity.g))
 
 
 def _turned(square: Array) -> tuple[Array, Array, Array]:

@@ -80,5 +80,5 @@ def form_defect(step: StepMap, group: Group, g: Array, mu: Array) -> float:
 
 def _form(matrices: MatrixGroup, mu: Array) -> Array:
     e, d = matrices.basis, mu.size
-    turning = np.array([[mu @ matrices.vee(v @ w - w @ v) for w in e] for v in e])
-    return np.block([[turning, np.eye(d)], [-np.eye(d), np.zeros((d, d))]])
+    bracket_form = np.array([[mu @ matrices.vee(v @ w - w @ v) for w in e] for v in e])
+    return np.block([[bracket_form, np.eye(d)], [-np.eye(d), np.zeros((d, d))]])

@@ -1,8 +1,7 @@
-"""Fixed workload normalising timings across machines and load.
+"""A fixed workload, the yardstick, to compare timings across machines and load.
 
-Times are divided by those of this workload, the yardstick. It must never change: numbers relative
-to another yardstick form another series. It imports nothing of galvi, so that no commit changes
-its own measure.
+Times are divided by those of the yardstick. It must never change: numbers relative to another
+yardstick form another series. It imports nothing of galvi, so that no commit can change it.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 
 from references.compiled import njit
 
-NAME = "pulls of 24 points, 1"  # changes with the work
+NAME = "pulls of 24 points, 1"  # rename it when `work` changes
 POINTS, PASSES = 24, 400
 
 
@@ -23,8 +22,15 @@ def work(x, passes):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    x
-        points, (n, 3), modified in place
+    x : array, shape (n, 3)
+        points, moved in place
+    passes
+        number of repetitions
+
+    Returns
+    -------
+    float
+        the sum
     """
     total = 0.0
     for _ in range(passes):
@@ -46,6 +52,6 @@ def yardstick(samples: int = 5) -> list[float]:
 
 
 def _timed(points: np.ndarray) -> float:
-    clock = time.process_time()
+    start = time.process_time()
     work(points, PASSES)
-    return time.process_time() - clock
+    return time.process_time() - start

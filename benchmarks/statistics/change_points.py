@@ -1,9 +1,10 @@
 """Change points of a series: binary segmentation with a rank test.
 
-A segment is split where the Mann-Whitney test between both parts gives the smallest p, multiplied
-by the number of candidates; it is a change when that is below LEVEL and the medians differ by more
-than SIZE. Both parts are then searched in the same way, with ranks of their own: a penalised cost
-of the ranks of a whole series, as change-point libraries have, misses the second of two changes.
+A segment is split where the Mann-Whitney test between both parts gives the smallest p. The split is
+a change when p times the number of candidates is below SIGNIFICANCE and the medians differ by more
+than LEAST_CHANGE. Both parts are then searched in the same way, with ranks of their own: the
+penalised cost of the ranks of a whole series, as in change-point libraries, misses the second of
+two changes.
 """
 
 from __future__ import annotations
@@ -12,20 +13,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-LEVEL = 0.05
-SIZE = 0.05  # relative to the earlier median
+SIGNIFICANCE = 0.05
+LEAST_CHANGE = 0.05  # relative to the earlier median
 FEWEST_POINTS = 4  # fewest points in a part
-TEXT = (
+CHANGE_RULE = (
     "A change is marked where a rank test between the values before and after it, corrected for "
-    f"the number of candidates, gives p below {LEVEL}, and the medians differ by more than "
-    f"{100 * SIZE:.0f} %, with at least {FEWEST_POINTS} runs on either side. Counts are exact: "
-    "every difference is marked. Errors: every difference beyond the benchmark's tolerance is "
-    "marked."
+    f"the number of candidates, gives p below {SIGNIFICANCE}, and the medians differ by more than "
+    f"{100 * LEAST_CHANGE:.0f} %, with at least {FEWEST_POINTS} runs on either side. Counts are "
+    "exact: every difference is marked. Errors: every difference beyond the benchmark's tolerance "
+    "is marked."
 )
 
 
 def change_points(values: Sequence[float]) -> list[int]:
-    """Indices k, ascending, such that values[k] is the first of a new level.
+    """Indices k, ascending, such that values[k] is the first value of a new level.
 
     Values that are not finite are ignored.
     """
@@ -43,18 +44,22 @@ def _changes(series: np.ndarray, first: int = 0) -> list[int]:
     p, split = min((mannwhitneyu(series[:k], series[k:]).pvalue, k) for k in splits)
     before, after = series[:split], series[split:]
     level = np.median(before)
-    if p * len(splits) >= LEVEL or abs(np.median(after) - level) <= SIZE * abs(level):
+    if p * len(splits) >= SIGNIFICANCE or abs(np.median(after) - level) <= LEAST_CHANGE * abs(
+        level
+    ):
         return []
     return [*_changes(before, first), first + split, *_changes(after, first + split)]
 
 
 def steps(values: Sequence[float], tolerance: float) -> list[int]:
-    """Indices where a value differs from the last finite one by more than the tolerance.
+    """Indices where a value differs from the last finite one before it by more than the tolerance.
 
     Parameters
     ----------
+    values
+        numbers that are not negative, or not finite
     tolerance
-        relative to the smaller one, of values that are not negative; 0 marks all differences
+        relative to the smaller of the two values; 0 marks all differences
     """
     finite = np.flatnonzero(np.isfinite(values))
     series = np.asarray(values, dtype=float)[finite]

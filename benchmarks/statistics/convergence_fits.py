@@ -50,9 +50,9 @@ class Fit:
     kind
         "geometric" or "algebraic"
     rate
-        base of n, or power of h; NaN when there is no window
+        base of the geometric fit, or power of h; NaN when there is no window
     uncertainty
-        its standard error: scatter about the line, choice of the window, power
+        standard error of the rate: scatter about the line, choice of the window, power
     window
         first and last n or h of the window, in the order of refinement
     points
@@ -60,9 +60,9 @@ class Fit:
     coefficient
         error at n = 0 (times n^power) or h = 1, on the line
     stays_large
-        there is no window because the measured errors did not become small
+        whether there is no window because the last measured error is large
     relapse
-        small errors became large again, or a run failed
+        whether an error was large again, or a run failed, after three small errors in a row
     power
         exponent of the known factor n^-power; 0 for an algebraic fit
     bend
@@ -87,8 +87,8 @@ class Fit:
         """The fitted error at n or h, of any shape."""
         x = np.asarray(x, dtype=np.float64)
         known_factor = x**-self.power if self.power else 1.0
-        bent = x**self.rate * np.exp(self.bend * x)
-        fall = known_factor * self.rate**x if self.kind == "geometric" else bent
+        algebraic_factor = x**self.rate * np.exp(self.bend * x)
+        fall = known_factor * self.rate**x if self.kind == "geometric" else algebraic_factor
         return self.coefficient * fall
 
 
@@ -116,7 +116,7 @@ class Decay:
 
 
 def decay(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Decay:
-    """The decay of errors at increasing n."""
+    """The decay of errors at increasing n, above the round-off level `floor`."""
     smallest = float(np.min(errors)) if len(errors) else float("nan")
     return Decay(
         geometric(n, errors, floor=floor),
@@ -134,17 +134,18 @@ def geometric(
     ceiling: float = 0.1,
     power: tuple[float, float] = (0.0, 0.0),
 ) -> Fit:
-    """Fit error = C n^-g rate^n; n increasing, and positive where g is not 0. The module's
-    docstring defines the window and the uncertainty.
+    """Fit error = C n^-g rate^n to errors at increasing n, positive where g is not 0.
+
+    The module's docstring defines the window and the uncertainty.
 
     Parameters
     ----------
     power
-        g, and the error with which it is known
+        g and its standard error
     """
     x = np.asarray(n, dtype=np.float64)
     exponent, exponent_error = power
-    fit = _best(x, errors, floor, ceiling, exponent)
+    fit = _best_window(x, errors, floor, ceiling, exponent)
     if fit is None:
         return replace(_none("geometric", errors, ceiling), power=exponent)
     slope, spread, constant, window, points = fit
@@ -152,33 +153,43 @@ def geometric(
         inside = x[(window[0] <= x) & (x <= window[1])]
         spread = float(np.hypot(spread, exponent_error * _line(inside, np.log(inside))[0]))
     base = float(np.exp(slope))
-    constant, back = float(np.exp(constant)), relapses(errors, ceiling)
+    constant, has_relapse = float(np.exp(constant)), relapses(errors, ceiling)
     return Fit(
-        "geometric", base, base * spread, window, points, constant, relapse=back, power=exponent
+        "geometric",
+        base,
+        base * spread,
+        window,
+        points,
+        constant,
+        relapse=has_relapse,
+        power=exponent,
     )
 
 
 def algebraic(
     h: Sequence[float], errors: Sequence[float], *, floor: float, ceiling: float = 0.1
 ) -> Fit:
-    """Fit error = C h^rate; h positive, decreasing. The module's docstring defines the window."""
+    """Fit error = C h^rate to errors at positive, decreasing h.
+
+    The module's docstring defines the window and the uncertainty.
+    """
     h = np.asarray(h, dtype=np.float64)
-    fit = _best(np.log(h), errors, floor, ceiling)
+    fit = _best_window(np.log(h), errors, floor, ceiling)
     if fit is None:
         return _none("algebraic", errors, ceiling)
     slope, spread, constant, (first, last), points = fit
     inside = (last <= np.log(h)) & (np.log(h) <= first)
     x, y = np.log(h[inside]), np.log(np.asarray(errors, dtype=np.float64)[inside])
     half = (points + 1) // 2 if points >= CURVED_POINTS else 2
-    late = float(np.polyfit(x[-half:], y[-half:], 1)[0])
-    bend, p, error, tends = _bent(x, y)
+    finer_slope = float(np.polyfit(x[-half:], y[-half:], 1)[0])
+    bend, p, error, log_coefficient = _unsettled_order(x, y)
     if bend:
-        slope, spread, constant = p, error, tends
+        slope, spread, constant = p, error, log_coefficient
     slopes = tuple((np.diff(y) / np.diff(x)).tolist())
     return Fit(
         "algebraic",
         slope,
-        float(np.hypot(spread, late - slope)),
+        float(np.hypot(spread, finer_slope - slope)),
         (float(np.exp(first)), float(np.exp(last))),
         points,
         float(np.exp(constant)),
@@ -221,18 +232,20 @@ def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) 
 
 
 def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
-    """Whether an error of ``ceiling`` or more, or a missing one, follows three small ones."""
-    run = 0
+    """Whether an error of ``ceiling`` or more, or a missing one, follows three smaller ones in a
+    row."""
+    small_count = 0
     for error in errors:
-        small = error < ceiling
-        if run >= FEWEST_POINTS and not small:
+        is_small = error < ceiling
+        if small_count >= FEWEST_POINTS and not is_small:
             return True
-        run = run + 1 if small else 0
+        small_count = small_count + 1 if is_small else 0
     return False
 
 
 def window(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> slice:
-    """The range of errors for a fit: above round-off, and small from its start on."""
+    """The range of errors for a fit: it ends before the first error of at most ``floor``, and
+    starts after the last one before that of ``ceiling`` or more."""
     e = np.asarray(errors, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         tiny = np.flatnonzero(e <= floor)
@@ -241,11 +254,14 @@ def window(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> sl
     return slice(int(large[-1]) + 1 if large.size else 0, end)
 
 
-def _best(
+def _best_window(
     x: Array, errors: Sequence[float], floor: float, ceiling: float, power: float = 0.0
 ) -> Any:
-    """(slope, its uncertainty, intercept, (first, last) x, points) of the best window of the line
-    log error + power log x = intercept + slope x; None with fewer than three points."""
+    """The line log error + power log x = intercept + slope x in the best window.
+
+    Returns (slope, its uncertainty, intercept, (first, last) x, points); None with fewer than three
+    points. ValueError unless x is strictly monotone.
+    """
     from scipy.special import stdtrit  # a quarter of a second
 
     if x.size and np.any(np.diff(x) * np.sign(x[-1] - x[0]) <= 0.0):
@@ -267,9 +283,11 @@ def _best(
     return float(slopes[k]), uncertainty, float(constants[k]), ends, int(points[k])
 
 
-def _bent(x: Array, y: Array) -> tuple[float, float, float, float]:
-    """c, p, the standard error of p, and a, of y = a + p x + c exp(x); all 0 with fewer than
-    CURVED_POINTS points or where c is within two of its standard errors."""
+def _unsettled_order(x: Array, y: Array) -> tuple[float, float, float, float]:
+    """Fit y = a + p x + c exp(x); returns c, p, the standard error of p, and a.
+
+    All are 0 with fewer than CURVED_POINTS points, or where c is within two of its standard errors.
+    """
     if x.size < CURVED_POINTS:
         return 0.0, 0.0, 0.0, 0.0
     columns = np.stack([np.ones_like(x), x, np.exp(x - x[0])], axis=1)

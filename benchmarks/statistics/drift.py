@@ -20,11 +20,11 @@ from galvi.arrays import Array
 # and Politis 2001): its variance over all resamples is known in closed form, so that nothing is
 # drawn.
 
-FEWEST_TIMES = 40  # fewest times, and fewest segments where there are as many
-SEGMENT = 10  # fewest times in a segment where there are as many
-WIDTH = 4  # segments over which means are taken
-BLOCKS = 10  # consecutive blocks of the bootstrap in a run
-EVEN = 1e-6  # relative tolerance for equal distances of times
+LEAST_TIMES = 40  # of a drift, and segments of a run with as many
+LEAST_SEGMENT_TIMES = 10  # times in a segment, where the run has enough
+SMOOTHING_SEGMENTS = 4  # segments that the weights of a mean cover
+BOOTSTRAP_BLOCKS = 10  # consecutive blocks of the bootstrap in a run
+EVEN_TOLERANCE = 1e-6  # relative tolerance of the distances of times
 
 
 @dataclass(frozen=True)
@@ -55,21 +55,27 @@ class Drift:
 def drift(t: Array, errors: Array) -> Drift:
     """The drift of signed errors at evenly spaced times t, both (k,).
 
-    NaN unless all are finite and k >= 40. A beat that takes longer than the run looks like a drift.
+    All fields are NaN unless errors are finite and k >= LEAST_TIMES. A beat that takes longer than
+    the run looks like a drift.
+
+    Raises
+    ------
+    ValueError
+        For times that are not evenly spaced.
     """
     from scipy.ndimage import maximum_filter1d  # half a second
 
     t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if t.size < FEWEST_TIMES or not np.all(np.isfinite(errors)):
+    if t.size < LEAST_TIMES or not np.all(np.isfinite(errors)):
         return Drift(math.nan, math.nan, math.nan, math.nan, math.nan)
     steps = np.diff(t)
-    if not np.ptp(steps) <= EVEN * abs(float(np.mean(steps))):
+    if not np.ptp(steps) <= EVEN_TOLERANCE * abs(float(np.mean(steps))):
         raise ValueError("expected evenly spaced times; received others. Sample the run evenly.")
     largest = float(np.max(np.abs(errors)))
     if largest == 0.0:
         return Drift(0.0, 0.0, 0.0, 0.0, 0.0)
     y = errors / largest
-    segment = min(max(math.ceil(period(y)), SEGMENT), t.size // FEWEST_TIMES)
+    segment = min(max(math.ceil(period(y)), LEAST_SEGMENT_TIMES), t.size // LEAST_TIMES)
     maxima = maximum_filter1d(np.abs(y), segment)
     trend, growth = (
         [t.size / (segment * means.size) * x for x in change(means)]
@@ -79,15 +85,15 @@ def drift(t: Array, errors: Array) -> Drift:
 
 
 def smooth(y: Array, segment: int) -> Array:
-    """Means of y, one for each segment, with weights that reach over WIDTH of them."""
-    weights = np.hanning(WIDTH * segment + 2)[1:-1]
+    """Weighted means of y, one for each segment, over SMOOTHING_SEGMENTS segments."""
+    weights = np.hanning(SMOOTHING_SEGMENTS * segment + 2)[1:-1]
     means = np.convolve(y, weights / np.sum(weights), "valid")
     return means[(means.size - 1) % segment :: segment]
 
 
 def period(y: Array) -> float:
-    """The period of the strongest line in the spectrum of y less its trend, in samples; its length
-    where there is none."""
+    """The period of the strongest spectral line of y less its trend, in samples; y's length where
+    there is no line."""
     x = np.linspace(-1.0, 1.0, y.size)
     detrended = y - np.mean(y) - x * (x @ y) / (x @ x)
     lines = np.abs(np.fft.rfft(detrended * np.hanning(y.size)))
@@ -101,7 +107,7 @@ def change(y: Array) -> tuple[float, float]:
     slope = weights * x / (weights @ x**2)
     total_change = float(slope @ y)
     residuals = y - weights @ y / np.sum(weights) - total_change * x
-    taper = np.hanning(max(3, y.size // BLOCKS) + 2)[1:-1]
+    taper = np.hanning(max(3, y.size // BOOTSTRAP_BLOCKS) + 2)[1:-1]
     taper /= np.sqrt(taper @ taper)
     variance = np.mean((sliding_window_view(residuals, taper.size) @ taper) ** 2)  # of long sums
     return total_change, float(np.sqrt(variance * (slope @ slope)))
@@ -111,8 +117,8 @@ def change(y: Array) -> tuple[float, float]:
 #
 # Random rounding changes the energy as t^1/2 (Brouwer), systematic rounding as t.
 
-RESAMPLES = 400
-CHANCE = 1e-4  # significance level of a drift
+BOOTSTRAP_RESAMPLES = 400
+DRIFT_SIGNIFICANCE = 1e-4  # significance level of a drift
 
 
 @dataclass(frozen=True)
@@ -159,15 +165,21 @@ class Growth:
     @property
     def drifts(self) -> bool:
         """Whether the mean drift is significant against the scatter of the runs (Student's t)."""
-        return bool(2.0 * stdtr(self.runs - 1, -abs(self.sigmas)) < CHANCE)
+        return bool(2.0 * stdtr(self.runs - 1, -abs(self.sigmas)) < DRIFT_SIGNIFICANCE)
 
 
 def growth(t: Array, errors: Array, decades: float = 2.0, floor: float = 0.0) -> Growth:
     """The growth of errors (runs, times) at increasing positive times t, over the last `decades`.
 
-    floor  RMS up to which the rounding of the state hides its error: times up to the last one that
-           low are left out of the fit of the exponent
-    All fields are NaN unless three times remain, every error is finite, and there are two runs.
+    All fields but `runs` are NaN unless there are two runs and every error is finite. The exponent,
+    its uncertainty, the coefficient, `first` and `last` are NaN where fewer than three times
+    remain, or an RMS among them is 0.
+
+    Parameters
+    ----------
+    floor
+        RMS up to which the rounding of the state hides its error: times up to the last one with
+        such an RMS are left out of the fit of the exponent
     """
     t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     nan = float("nan")
@@ -178,16 +190,18 @@ def growth(t: Array, errors: Array, decades: float = 2.0, floor: float = 0.0) ->
     slopes = _slopes(t[window], errors[:, window])
     drift = float(slopes.mean())
     spread = float(slopes.std(ddof=1) / np.sqrt(len(slopes)))
-    low = np.flatnonzero(size <= floor)
-    window[: low[-1] + 1 if low.size else 0] = False
+    rows_at_floor = np.flatnonzero(size <= floor)
+    window[: rows_at_floor[-1] + 1 if rows_at_floor.size else 0] = False
     if np.count_nonzero(window) < 3 or not np.all(size[window] > 0.0):
         return Growth(nan, nan, nan, nan, nan, float(size[-1]), drift, spread, len(errors))
     x = np.log(t[window])
     exponent, constant = _line(x, np.log(size[window]))
-    draws = np.random.default_rng(0).integers(len(errors), size=(RESAMPLES, len(errors)))
-    drawn = np.stack([rms(errors[rows][:, window]) for rows in draws])
+    draws = np.random.default_rng(0).integers(len(errors), size=(BOOTSTRAP_RESAMPLES, len(errors)))
+    resampled_rms = np.stack([rms(errors[rows][:, window]) for rows in draws])
     centred = x - x.mean()
-    exponents = np.log(np.maximum(drawn, np.finfo(float).tiny)) @ centred / (centred @ centred)
+    exponents = (
+        np.log(np.maximum(resampled_rms, np.finfo(float).tiny)) @ centred / (centred @ centred)
+    )
     return Growth(
         exponent=exponent,
         uncertainty=float(exponents.std(ddof=1)),
@@ -214,6 +228,6 @@ def _line(x: Array, y: Array) -> tuple[float, float]:
 
 
 def _slopes(t: Array, errors: Array) -> Array:
-    """Slopes of each run's errors against time, (runs,), independent of a constant offset."""
+    """The slope of each run's errors against time, (runs,)."""
     centred = t - t.mean()
     return errors @ centred / (centred @ centred)

@@ -15,9 +15,9 @@ class Estimate:
     Attributes
     ----------
     uncertainty
-        its standard error; None where it has none
+        standard error; None where it is not known
     refuted
-        errors stayed large, or became large again: they contradict any rate
+        whether errors stayed large, or became large again, which contradicts any rate
     """
 
     value: float
@@ -29,7 +29,7 @@ Measurement = float | Estimate | Fit | Decay | Drift
 
 
 def estimate(measured: Measurement) -> Estimate:
-    """The number of a measurement: a fit's rate, the largest error of a drift, or the number."""
+    """The estimate of a measurement: a fit's rate, the largest error of a drift, or the number."""
     match measured:
         case Estimate():
             return measured

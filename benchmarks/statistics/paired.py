@@ -1,4 +1,4 @@
-"""Ratios of times taken in the same rounds: a median with an interval, and what is a tie."""
+"""Ratios of times taken in the same rounds: a median with an interval, and a verdict."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
-COVERAGE = 0.95  # least, of an interval
+COVERAGE = 0.95  # least probability that an interval contains the true median
 FASTER, SLOWER, TIE = "galvi faster", "galvi slower", "tie"
 UNRESOLVED = "within noise"  # a tie whose own interval does not contain 1
 
 
 class Interval(NamedTuple):
-    """A median with bounds that hold its true value in COVERAGE of cases; NaN where unknown."""
+    """A median with bounds that contain its true value with probability COVERAGE; NaN where
+    unknown."""
 
     low: float
     median: float
@@ -24,10 +25,12 @@ UNKNOWN = Interval(math.nan, math.nan, math.nan)
 
 
 def interval(values: Sequence[float]) -> Interval:
-    """The median of values drawn independently from any distribution, with the values of ranks k
-    and n + 1 - k as bounds: k is the largest rank whose interval covers the true median in COVERAGE
-    of cases (e.g. David and Nagaraja, Order Statistics, 7.1). For fewer than six values there is no
-    such k and the bounds are NaN."""
+    """The median of values drawn independently from any distribution, with bounds.
+
+    The bounds are the values of ranks k and n + 1 - k, with the largest k for which they contain
+    the true median with probability COVERAGE (e.g. David and Nagaraja, Order Statistics, 7.1). For
+    fewer than six values there is no such k, and the bounds are NaN; without values, all are.
+    """
     if not values:
         return UNKNOWN
     ordered = sorted(values)
@@ -51,7 +54,8 @@ def _rank(n: int) -> int:
 
 
 def ratio(rival_seconds: Sequence[float], own_seconds: Sequence[float]) -> Interval:
-    """The ratio of the times of two calls, in seconds, round by round: a disturbance affects both.
+    """The median ratio of the times of two calls, taken round by round, as disturbances affect
+    both.
 
     Raises
     ------
@@ -62,9 +66,12 @@ def ratio(rival_seconds: Sequence[float], own_seconds: Sequence[float]) -> Inter
 
 
 def outcome(speed_ratio: Interval, noise: Interval) -> str:
-    """FASTER or SLOWER where the interval of the ratio of a rival's time to one's own does not
-    overlap `noise`, that of the own call against itself; else TIE, and '' where a bound is NaN.
-    Both intervals are widened to contain 1, which either may have missed by chance."""
+    """FASTER, SLOWER or TIE; '' where a bound is NaN.
+
+    FASTER and SLOWER: the interval of the ratio of a rival's time to galvi's lies above or below
+    `noise`, the interval of galvi's call against itself. Both are first widened to contain 1, which
+    either may miss by chance.
+    """
     bounds = (speed_ratio.low, speed_ratio.high, noise.low, noise.high)
     if any(math.isnan(bound) for bound in bounds):
         return ""

@@ -13,21 +13,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-LEVEL = 0.002  # probability of any false alarm by rank alone
+SIGNIFICANCE = 0.002  # probability of any false alarm by rank alone
 FEWEST_SAMPLES = 7  # per side
-SPARE = 10.0  # margin of the least possible p below the level of Holm's first step
-POWER, DRAWS = 0.9, 40  # share of the draws in which a visible growth counts
+SIGNIFICANCE_MARGIN = (
+    10.0  # least ratio of the level of Holm's first step to the smallest possible p
+)
+POWER, DRAWS = 0.9, 40  # a visible growth is detected in this fraction of the draws
 GROWTHS = np.concatenate(
     [np.arange(0.01, 0.3, 0.01), np.arange(0.3, 1.0, 0.05), np.arange(1.0, 3.1, 0.25)]
 ).round(2)
 
 
 def p_value(base: Sequence[float], head: Sequence[float]) -> float:
-    """The probability that equal code gives a head that looks at least as slow: exact, and an upper
-    bound where times are equal, as a coarse clock gives them, since each such pair counts as one
-    in which the head is faster.
+    """The probability that samples of equal code rank the head at least as slow.
 
-    1.0 for fewer than FEWEST_SAMPLES samples per side.
+    It is exact, and an upper bound where times are equal, as with a coarse clock: such a pair
+    counts as one in which the head is faster. 1.0 for fewer than FEWEST_SAMPLES samples per side.
 
     Raises
     ------
@@ -35,10 +36,10 @@ def p_value(base: Sequence[float], head: Sequence[float]) -> float:
         For a time that is not finite and positive.
     """
     for name, times in (("base", base), ("head", head)):
-        wrong = [time for time in times if not (math.isfinite(time) and time > 0.0)]
-        if wrong:
+        invalid = [time for time in times if not (math.isfinite(time) and time > 0.0)]
+        if invalid:
             raise ValueError(
-                f"times of the {name} must be positive and finite; received {wrong[0]!r}. "
+                f"times of the {name} must be positive and finite; received {invalid[0]!r}. "
                 "Leave out a sample that failed."
             )
     return float(_p_values(base, head)) if min(len(base), len(head)) >= FEWEST_SAMPLES else 1.0
@@ -62,7 +63,7 @@ def relative_growth(base: Sequence[float], head: Sequence[float]) -> float:
     return statistics.median(head) / statistics.median(base) - 1.0
 
 
-def holm(p_values: Mapping[str, float], level: float = LEVEL) -> set[str]:
+def holm(p_values: Mapping[str, float], level: float = SIGNIFICANCE) -> set[str]:
     """The names that remain significant after Holm's correction."""
     significant: set[str] = set()
     for name in sorted(p_values, key=p_values.__getitem__):
@@ -72,10 +73,11 @@ def holm(p_values: Mapping[str, float], level: float = LEVEL) -> set[str]:
     return significant
 
 
-def samples_needed(benchmarks: int, level: float = LEVEL) -> int:
-    """Samples per side with which complete separation passes Holm's first step by SPARE."""
+def samples_needed(benchmarks: int, level: float = SIGNIFICANCE) -> int:
+    """Samples per side with which complete separation passes Holm's first step by the factor
+    SIGNIFICANCE_MARGIN; at least FEWEST_SAMPLES."""
     count = FEWEST_SAMPLES
-    while 1.0 / math.comb(2 * count, count) >= level / (max(1, benchmarks) * SPARE):
+    while 1.0 / math.comb(2 * count, count) >= level / (max(1, benchmarks) * SIGNIFICANCE_MARGIN):
         count += 1
     return count
 
@@ -83,14 +85,14 @@ def samples_needed(benchmarks: int, level: float = LEVEL) -> int:
 def smallest_visible(
     base: Sequence[float], head: Sequence[float], benchmarks: int, size: float, seed: int = 0
 ) -> float:
-    """The least relative growth that counts in POWER of the draws; infinite beyond 300 %.
+    """The least relative growth that is detected in POWER of the draws; infinite beyond 300 %.
 
     Parameters
     ----------
     base, head
-        samples of equal code; of other code, each side is scaled to its median
+        samples, each side relative to its median, so that their code may differ
     benchmarks
-        number compared at a time, by which Holm's first step divides the level
+        number of benchmarks that are compared together: Holm's first step divides the level by it
     size
         growth of the median required besides the rank test
 
@@ -103,9 +105,11 @@ def smallest_visible(
     equal, slower = random.choice(times, (2, DRAWS, min(len(base), len(head))))
     ratios = np.median(slower, axis=1) / np.median(equal, axis=1)
     for growth in GROWTHS:
-        large = (1.0 + growth) * ratios - 1.0 > size
+        is_large = (1.0 + growth) * ratios - 1.0 > size
         if (
-            np.mean(large & (_p_values(equal, (1.0 + growth) * slower) < LEVEL / benchmarks))
+            np.mean(
+                is_large & (_p_values(equal, (1.0 + growth) * slower) < SIGNIFICANCE / benchmarks)
+            )
             >= POWER
         ):
             return float(growth)
@@ -115,7 +119,7 @@ def smallest_visible(
 def slower(
     samples: Mapping[str, tuple[Sequence[float], Sequence[float]]],
     sizes: Mapping[str, float],
-    level: float = LEVEL,
+    level: float = SIGNIFICANCE,
 ) -> set[str]:
     """Names of the benchmarks whose head is slower by rank and by size.
 
@@ -124,7 +128,7 @@ def slower(
     samples
         name -> times of base and head
     sizes
-        name -> relative growth of the median that is also required
+        name -> relative growth of the median that must be exceeded
     """
     by_rank = holm({name: p_value(*pair) for name, pair in samples.items()}, level)
     return {name for name in by_rank if relative_growth(*samples[name]) > sizes[name]}

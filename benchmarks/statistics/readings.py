@@ -37,8 +37,8 @@ def base(
     power: tuple[float, float] = (0.0, 0.0),
     **where: Any,
 ) -> Fit:
-    """The fitted base of a series of errors in n, from n = since on, beside a known n^-power; power
-    is the exponent and its error."""
+    """The fitted base of a series of errors in n, from n = since on, beside a known factor n^-g;
+    `power` is g and its standard error."""
     n, errors = series(table, "n", **where)
     late = n >= since
     return convergence_fits.geometric(n[late], errors[late], floor=floor, power=power)

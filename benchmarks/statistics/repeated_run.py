@@ -1,4 +1,4 @@
-"""Times of short runs: by longer ones, and less what a call costs."""
+"""Times of short runs: by longer runs, or without the overhead of a call."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from references import Contender
 # call, for checks and results, three times as long. The run is therefore made many times as long,
 # with the same steps or tolerance, and its time divided by that factor.
 
-TRIALS = 2  # lengths tried: from the time of the short run, then from that of a longer one
+LENGTHENINGS = 2  # the second from the time of the first lengthened run
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class RepeatedRun:
     Attributes
     ----------
     call
-        makes the run, keeping its last state
+        a call of the run, which saves its last state
     times
-        its length as a multiple of the original run
+        duration of the run as a multiple of the original one
     seconds
         time of the call
     failure
-        why it ended early; empty when it did not
+        reason why the run ended early; "" where it did not
     """
 
     call: Callable[[], Trajectory]
@@ -50,8 +50,9 @@ def repeated_run(
     seconds: float,
     least_seconds: float,
 ) -> RepeatedRun:
-    """A run of at least about `least` seconds, by a contender that has run before. A setting's
-    ``save_every`` must be the number of steps of the original run.
+    """A run of about `least_seconds` or more, by a contender that has run before.
+
+    A setting's ``save_every`` must be the number of steps of the original run.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def repeated_run(
         time of the run over `duration`
     """
     times = 1
-    for _ in range(TRIALS):
+    for _ in range(LENGTHENINGS):
         times = max(times, round(times * least_seconds / max(seconds, 1e-7)))
         longer = dict(setting)
         if "save_every" in longer:
@@ -71,15 +72,15 @@ def repeated_run(
     return RepeatedRun(call, times, seconds)
 
 
-# Time a short run without what a call costs besides its steps.
+# Time a short run without the overhead of its call.
 #
 # A run of a few hundred microseconds cannot be lengthened where its later parts would take another
-# time, as in chaotic motion, or where coordinates grow that a tolerance is relative to. The run of
-# one step at the same setting is timed in turn with it, and subtracted; of the steps, one is
-# missing then, which the ratio n / (n - 1) makes up for.
+# time, as in chaotic motion, or where coordinates grow that a tolerance is relative to. A run of
+# one step at the same setting is timed in turn with it and subtracted. The difference is the time
+# of n - 1 steps, so it is multiplied by n / (n - 1).
 
-FEWEST_REPEATS, ENOUGH_SECONDS = 5, 0.02  # repeats, fewer where they take so many seconds together
-BRIEF = 1e-6  # of the duration: one step of a contender that chooses its own
+FEWEST_REPEATS, ENOUGH_SECONDS = 5, 0.02  # repeats, fewer where they take longer than this
+ONE_STEP_FRACTION = 1e-6  # of the duration: a run of one step by a contender that chooses its steps
 
 
 @dataclass(frozen=True)
@@ -89,11 +90,11 @@ class NetTime:
     Attributes
     ----------
     call
-        makes the run
+        a call of the run
     short
-        makes a run of one step
+        a call of a run of one step
     steps
-        of the run, 2 or more
+        number of steps of the run, 2 or more
     """
 
     call: Callable[[], Trajectory]
@@ -102,15 +103,17 @@ class NetTime:
 
     @property
     def failure(self) -> str:
-        """Why a run in another process failed; empty when none did."""
+        """The reason why a run in another process failed; "" where none did."""
         return str(getattr(self.call, "failure", ""))
 
     def __call__(self) -> Trajectory:
         return self.call()
 
     def seconds(self, repeats: int) -> float:
-        """Net seconds from the fastest of the repeats, since load only adds to a time: at least
-        FEWEST_REPEATS unless they take more than ENOUGH_SECONDS. NaN where not positive.
+        """Net seconds of the fastest repeats, since load only adds to a time; NaN where not
+        positive.
+
+        There are at least FEWEST_REPEATS repeats, fewer where the runs take ENOUGH_SECONDS.
         """
         runs: list[float] = []
         steps: list[float] = []
@@ -127,14 +130,14 @@ def net_time(
 ) -> NetTime:
     """The net time of a run of `steps` steps, at a setting that saves its last state only."""
     short = one_step(contender, problem, duration, setting)
-    short()  # what it compiles or builds is not part of the time
+    short()  # so that the timed calls do not compile
     return NetTime(call_of(contender, problem, duration, setting), short, steps)
 
 
 def one_step(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Callable[[], Trajectory]:
-    """A call of one step of the run, whose time is what a call costs besides its steps."""
+    """A call of a run of one step, to measure the overhead of a call."""
     if "save_every" in setting:
         return call_of(contender, problem, float(setting["step"]), {**setting, "save_every": 1})
-    return call_of(contender, problem, BRIEF * duration, setting)
+    return call_of(contender, problem, ONE_STEP_FRACTION * duration, setting)

@@ -1,8 +1,8 @@
 """Comparable times of several calls: warmed up, in interleaved rounds, with an interval.
 
-Of a run by another engine the time is the engine's, without our conversions of its states. A call
-in another process is timed there: it has ``seconds(repeats)``, the mean over that many calls, and
-``took``, the time of the last one.
+The time of a run by another engine is that of the engine, without the conversion of its states. A
+call in another process is timed there: it has ``seconds(repeats)``, the mean over that many calls,
+and ``seconds_of_last_call``.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from galvi import Problem, Trajectory
 from references import Contender
 from references.engine_clock import timed_engines
 
-PARTS = 3
-LONG_SECONDS, LONG_ROUNDS = 0.3, 2  # seconds, and rounds of calls that take longer
-LONGEST = 1.0  # seconds of a call that is made in all of many rounds
+ROUND_PARTS = 3
+LONG_SECONDS, LONG_ROUNDS = 0.3, 2  # a call that takes longer is timed in so many rounds
+EVERY_ROUND_SECONDS = 1.0  # longest call that `seconds_in_turn` makes in every round
 
 
 def call_of(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Callable[[], Trajectory]:
-    """A call that runs the contender: its own ``timed``, if it measures times itself."""
+    """A call that runs the contender: its ``timed`` run, if the contender measures times itself."""
     timed = getattr(contender, "timed", None)
     if timed is not None:
         return timed(problem, duration, setting)
@@ -54,13 +54,13 @@ def interleaved(
 
     Parameters
     ----------
-    least
-        seconds for which a call is repeated within a round; the mean counts. One that takes longer
-        than LONG_SECONDS is timed in two rounds at most: its own fluctuations average out
+    least_seconds
+        time for which a call is repeated within a round; the mean counts. A call that takes longer
+        than LONG_SECONDS is timed in LONG_ROUNDS rounds at most, as its fluctuations average out
     warm
-        seconds of an earlier, warming call of each; None makes these calls here
+        seconds of an earlier call of each; None makes these calls here
     counted
-        whether that call was warm itself: it is then the first round, if it took as long as one
+        whether the earlier call was warm: it is the first round, unless rounds repeat the call
     """
     first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
     repeats = [max(1, round(least_seconds / max(seconds, 1e-7))) for seconds in first]
@@ -69,9 +69,9 @@ def interleaved(
         [seconds] if is_counted and times == 1 else []
         for is_counted, seconds, times in zip(counted, first, repeats, strict=True)
     ]
-    for turn in range(rounds):
+    for round_index in range(rounds):
         for k, call in enumerate(calls):
-            enough = LONG_ROUNDS if turn and samples[k][0] > LONG_SECONDS else rounds
+            enough = LONG_ROUNDS if round_index and samples[k][0] > LONG_SECONDS else rounds
             if len(samples[k]) < enough:
                 samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
@@ -80,35 +80,40 @@ def interleaved(
 def seconds_in_turn(
     calls: Sequence[Callable[[], Any]], rounds: int, least_seconds: float
 ) -> list[list[float]]:
-    """Seconds of each warm call in each of the rounds, A B C ... A B C ..., every second round
-    backwards, so that what comes after what differs. Of the PARTS of a round, each of them repeats
-    for a share of `least` seconds, the fastest counts, as load only adds. A call that takes more
-    than LONGEST seconds is made in the first LONG_ROUNDS rounds only."""
+    """Seconds of each warm call in each round, A B C ... A B C ....
+
+    Every second round is backwards, so that calls do not always follow the same one. In a round a
+    short call is timed ROUND_PARTS times, repeated for `least_seconds` in all, and the fastest time
+    counts, since load only adds. A call that takes more than EVERY_ROUND_SECONDS is made in the
+    first LONG_ROUNDS rounds only.
+    """
     repeats = [1] * len(calls)
     samples: list[list[float]] = [[] for _ in calls]
-    for turn in range(rounds):
-        for k in range(len(calls))[:: -1 if turn % 2 else 1]:
-            if turn >= LONG_ROUNDS and max(samples[k]) > LONGEST:
+    for round_index in range(rounds):
+        for k in range(len(calls))[:: -1 if round_index % 2 else 1]:
+            if round_index >= LONG_ROUNDS and max(samples[k]) > EVERY_ROUND_SECONDS:
                 continue
-            if turn == 0:
+            if round_index == 0:
                 seconds = seconds_of(calls[k])
-                repeats[k] = max(1, round(least_seconds / PARTS / seconds)) if seconds > 0.0 else 1
-            if turn or repeats[k] > 1:
-                parts = PARTS if repeats[k] > 1 else 1
+                repeats[k] = (
+                    max(1, round(least_seconds / ROUND_PARTS / seconds)) if seconds > 0.0 else 1
+                )
+            if round_index or repeats[k] > 1:
+                parts = ROUND_PARTS if repeats[k] > 1 else 1
                 seconds = min(seconds_of(calls[k], repeats[k]) for _ in range(parts))
             samples[k].append(seconds)
     return samples
 
 
 def _timing(seconds: Sequence[float]) -> Timing:
-    """The timing of the rounds; all NaN when one of them has no time."""
+    """The timing of the rounds; all NaN where a round is NaN."""
     if any(math.isnan(duration) for duration in seconds):
         return Timing(math.nan, math.nan, math.nan)
     return Timing(statistics.median(seconds), min(seconds), max(seconds))
 
 
 def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
-    """Seconds of a call, the mean over the repeats."""
+    """The mean seconds of a call over the repeats."""
     if hasattr(call, "seconds"):
         return float(call.seconds(repeats))
     with timed_engines() as spent:
@@ -120,15 +125,16 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
 
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
-    """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
+    """The value of a call and its seconds; where these are below LONG_SECONDS, the lesser of them
+    and those of a second, warm call."""
     returned, seconds = once(call)
     return returned, min(seconds, seconds_of(call, 1)) if seconds < LONG_SECONDS else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
-    """The result of a call and its seconds; NaN where its own clock failed."""
+    """The value of a call and its seconds; NaN where a call in another process failed."""
     with timed_engines() as spent:
         start = time.perf_counter()
         returned = call()
         seconds = spent.seconds or time.perf_counter() - start
-    return returned, float(getattr(call, "took", seconds))
+    return returned, float(getattr(call, "seconds_of_last_call", seconds))

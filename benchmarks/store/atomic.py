@@ -1,4 +1,4 @@
-"""Write files of a report, with the folder that they are in."""
+"""Write files as a whole, and create their folder."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from galvi.whole_files import write_whole
 
 
 def write(path: Path, content: str | bytes) -> Path:
-    """Write content (text as UTF-8) to path as `write_whole` does, creating its folder; returns the
-    path."""
+    """Write content (text as UTF-8) to `path` with `write_whole`, creating its folder; returns
+    `path`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, content)
     return path

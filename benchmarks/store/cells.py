@@ -1,4 +1,4 @@
-"""Tables as CSV whose texts run nothing where they are opened: see `foreign_texts`."""
+"""Tables as CSV whose texts are not executed by a spreadsheet, see `foreign_texts`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from benchmarks.store.foreign_texts import guarded, unguarded
 
 
 def as_csv(table: pd.DataFrame) -> str:
-    """CSV text with harmless texts, and numbers in full precision: they are read back unchanged."""
+    """The table as CSV with guarded texts, and numbers in full precision."""
     return _with_texts(table, guarded).to_csv(index=False, lineterminator="\n")
 
 
@@ -23,7 +23,7 @@ def read_csv(source: Path | io.StringIO, **options: Any) -> pd.DataFrame:
 
 
 def _with_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
-    """The table with its texts changed; the table itself where no text changes."""
+    """A copy of the table with its texts changed; the table itself where no text changes."""
     changed_table = table
     for k, kind in enumerate(table.dtypes):
         if pd.api.types.is_numeric_dtype(kind):

@@ -11,7 +11,7 @@ import pandas as pd
 
 from galvi.arrays import Array
 
-# column: (what it is, its dtype)
+# column: (description, dtype)
 COLUMNS: Mapping[str, tuple[str, str]] = {
     "study": ("name of a group of series, e.g. 'n-refinement'", "object"),
     "quantity": ("what `value` is, e.g. 'one-step error'", "object"),
@@ -28,7 +28,7 @@ COLUMNS: Mapping[str, tuple[str, str]] = {
     "absent": ("the package for want of which it was not measured, or empty", "object"),
     "force_evaluations": ("of the run, one for each stage and pass", "float64"),
 }
-BLANK = {name: float("nan") if kind == "float64" else "" for name, (_, kind) in COLUMNS.items()}
+BLANK_ROW = {name: float("nan") if kind == "float64" else "" for name, (_, kind) in COLUMNS.items()}
 
 
 def row(**values: Any) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def row(**values: Any) -> dict[str, Any]:
     unknown = values.keys() - COLUMNS.keys()
     if unknown:
         raise KeyError(f"a tidy row has the columns {', '.join(COLUMNS)}; received {unknown}.")
-    return {**BLANK, **values}
+    return {**BLANK_ROW, **values}
 
 
 def rows(values: Mapping[str, float], **where: Any) -> list[dict[str, Any]]:
@@ -49,12 +49,12 @@ def history(quantity: str, t: Array, values: Array, **where: Any) -> list[dict[s
     if np.ndim(values) == 1:
         pairs = zip(t, values, strict=True)
         return [row(quantity=quantity, t=s, value=value, **where) for s, value in pairs]
-    places = zip(t, values, strict=True)
-    return [row(quantity=quantity, t=s, x=x, y=y, z=z, **where) for s, (x, y, z) in places]
+    positions = zip(t, values, strict=True)
+    return [row(quantity=quantity, t=s, x=x, y=y, z=z, **where) for s, (x, y, z) in positions]
 
 
 def failure(run: Any) -> str:
-    """Why a run failed, for the column `status`; empty when it succeeded."""
+    """The status of a failed run, for the column `status`; "" where it succeeded."""
     return "" if run.success else run.status
 
 
@@ -68,10 +68,10 @@ def pick(table: pd.DataFrame, **where: Any) -> pd.DataFrame:
     """The rows whose columns have these values; possibly none."""
     if table.empty:
         return _empty().copy()
-    chosen = np.full(len(table), True)
+    is_chosen = np.full(len(table), True)
     for name, value in where.items():
-        chosen &= table[name].to_numpy() == value
-    return table[chosen]
+        is_chosen &= table[name].to_numpy() == value
+    return table[is_chosen]
 
 
 @cache
@@ -86,7 +86,7 @@ def series(table: pd.DataFrame, by: str, **where: Any) -> tuple[Array, Array]:
 
 
 def number(table: pd.DataFrame, **where: Any) -> float:
-    """The value of the only such row; NaN when there is none. ValueError for several."""
+    """The value of the one row with these values; NaN without a row, ValueError for several."""
     values = pick(table, **where)["value"]
     if len(values) > 1:
         raise ValueError(f"expected one row with {where}; received {len(values)}.")

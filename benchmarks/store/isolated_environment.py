@@ -11,11 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-SECONDS = 900.0  # time limit of an installation or a program
+TIME_LIMIT = 900.0  # seconds of an installation or a program
 
 
-class NotHere(Exception):
-    """An environment cannot be created, or its program failed; the message is one sentence."""
+class EnvironmentUnavailable(Exception):
+    """An environment could not be created, or its program failed; the message is a sentence."""
 
 
 @contextmanager
@@ -27,16 +27,17 @@ def environment(requirement: str, folder: Path) -> Iterator[Path]:
     requirement
         requirement to install with its dependencies, e.g. "mujoco==3.6.0"
 
-    Notes
-    -----
-    Raises NotHere when it cannot be created.
+    Raises
+    ------
+    EnvironmentUnavailable
+        When it cannot be created.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{requirement}-", dir=folder.absolute()) as path:
-        finished([sys.executable, "-I", "-m", "venv", path])
+        output_of([sys.executable, "-I", "-m", "venv", path])
         interpreter = interpreter_in(Path(path))
         pip = [str(interpreter), "-I", "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
-        finished([*pip, "--disable-pip-version-check", requirement])
+        output_of([*pip, "--disable-pip-version-check", requirement])
         yield interpreter
 
 
@@ -45,31 +46,38 @@ def interpreter_in(environment: Path) -> Path:
     return environment / ("Scripts" if os.name == "nt" else "bin") / "python"
 
 
-def finished(
+def output_of(
     command: Sequence[str], text: str = "", variables: Mapping[str, str] | None = None
 ) -> str:
     """The output of a command, with `text` as its input and `variables` added to the environment.
-    Raises NotHere when it fails."""
+
+    Raises
+    ------
+    EnvironmentUnavailable
+        When the command fails, or takes longer than TIME_LIMIT.
+    """
     try:
         completed = subprocess.run(
             command,
             input=text,
             capture_output=True,
             text=True,
-            timeout=SECONDS,
+            timeout=TIME_LIMIT,
             check=False,
             env={**os.environ, **(variables or {})},
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
+        raise EnvironmentUnavailable(f"{type(error).__name__}: {_readable(str(error))}") from None
     if completed.returncode:
         lines = [line for line in completed.stderr.splitlines() if line.strip()]
         errors = [line for line in lines if "error" in line.lower()]  # pip gives text alone
-        raise NotHere(_readable((errors or lines or [f"exit status {completed.returncode}"])[-1]))
+        raise EnvironmentUnavailable(
+            _readable((errors or lines or [f"exit status {completed.returncode}"])[-1])
+        )
     return completed.stdout
 
 
 def _readable(text: str) -> str:
-    """The text without addresses and folders, which mean nothing to the reader of a page."""
+    """The first 200 characters of the text, with addresses and paths replaced by "..."."""
     readable = re.sub(r"\S*(?:://|[\\/])\S*", "...", text.strip())
     return readable.removeprefix("ERROR: ")[:200]

@@ -1,4 +1,4 @@
-"""The provenance of results: versions, commit, machine, date, command."""
+"""The provenance of measurements: versions, commit, machine, date, command."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ ENGINES = (
     "de421",
     "pytest-benchmark",
 )
-SOURCES = ("galvi", "references", "benchmarks")  # what rows of studies depend on
-KINDS = (".py", ".csv", ".md")  # code, data of initial states and truths, documents of claims
+SOURCES = ("galvi", "references", "benchmarks")  # folders that rows of studies depend on
+SUFFIXES = (".py", ".csv", ".md")  # code, data of initial states and truths, documents of claims
 ROOT = Path(__file__).parents[2]
 
 
@@ -41,7 +41,7 @@ def provenance(command: str | None = None) -> dict[str, str]:
     Parameters
     ----------
     command
-        as typed; None for that of this process, without folders
+        the command as typed; None for that of this process, without folders
     """
     return {
         "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
@@ -94,12 +94,12 @@ def cpu() -> str:
 
 
 def compiled_for() -> str:
-    """The processor that numba compiles for, as LLVM calls it, with its widest vectors."""
-    named = config.CPU_NAME
-    features = {} if named else binding.get_host_cpu_features()
+    """LLVM's name of the processor that numba compiles for, with its widest vectors."""
+    cpu_name = config.CPU_NAME
+    features = {} if cpu_name else binding.get_host_cpu_features()
     vector_sets = {"avx512f": "AVX-512", "avx2": "AVX2", "neon": "NEON"}
     widest = [text for flag, text in vector_sets.items() if features.get(flag)][:1]
-    return ", ".join([named or binding.get_host_cpu_name(), *widest])
+    return ", ".join([cpu_name or binding.get_host_cpu_name(), *widest])
 
 
 def _git(*arguments: str) -> str | None:
@@ -119,7 +119,8 @@ def _command() -> str:
 
 
 def version() -> str:
-    """The first digits of the commit; for changed files followed by '+' and a digest."""
+    """The first digits of the commit; for changed files, or without a commit, followed by '+' and a
+    digest."""
     head = commit()
     digits, _, dirty = head.partition("+")
     return f"{digits[:12]}+{_digest()}" if dirty or head == "unknown" else digits[:12]
@@ -134,11 +135,11 @@ def _digest() -> str:
 
 
 def digest_of_sources(code: tuple[str, ...] = ()) -> str:
-    """A digest of the current sources, including further folders, of versions and processor."""
+    """A digest of the versions, the processor, and the sources, including the folders `code`."""
     digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
     for folder in (*SOURCES, *code):
-        for kind in KINDS if folder in SOURCES else KINDS[:1]:
-            for path in sorted((ROOT / folder).rglob(f"*{kind}")):
+        for suffix in SUFFIXES if folder in SOURCES else SUFFIXES[:1]:
+            for path in sorted((ROOT / folder).rglob(f"*{suffix}")):
                 name = path.relative_to(ROOT).as_posix()
                 digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""Rows stored in .csv files as soon as they are known, written atomically and checked on reading.
+"""Rows in .csv files, written atomically and checked on reading.
 
 The last line of each .csv is a comment with the digest of the lines above it.
 """
@@ -16,7 +16,7 @@ import pandas as pd
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv, read_csv
 
-MARK = "# sha256 "
+DIGEST_MARK = "# sha256 "
 DAMAGED = ".damaged"
 
 
@@ -31,27 +31,27 @@ class RowFiles:
     columns
         columns of every file: name -> type (str, int or float)
     report
-        called with a sentence for each file that is set aside
+        called with a sentence on each damaged file that is renamed
     """
 
     folder: Path
     columns: Mapping[str, type]
     report: Callable[[str], None] = print
 
-    def path(self, name: str, kind: str = ".csv") -> Path:
+    def path(self, name: str, suffix: str = ".csv") -> Path:
         """The path of a file by its name."""
-        return self.folder / f"{name}{kind}"
+        return self.folder / f"{name}{suffix}"
 
     def write(self, name: str, table: pd.DataFrame) -> None:
         """Write the table, replacing an earlier one."""
         text = as_csv(table[list(self.columns)])
-        write(self.path(name), f"{text}{MARK}{digest_of(text)}\n")
+        write(self.path(name), f"{text}{DIGEST_MARK}{digest_of(text)}\n")
 
     def read(self, name: str) -> pd.DataFrame | None:
         """The rows with all digits; None when the file is missing or damaged."""
         path = self.path(name)
         try:
-            text, _, digest = path.read_text(encoding="utf-8").rpartition(MARK)
+            text, _, digest = path.read_text(encoding="utf-8").rpartition(DIGEST_MARK)
         except FileNotFoundError:
             return None
         except (OSError, UnicodeDecodeError) as error:
@@ -79,18 +79,18 @@ class RowFiles:
 
     def set_aside(self, path: Path, why: str) -> None:
         """Rename a damaged file, so that it is neither read again nor lost."""
-        aside, k = path.with_name(path.name + DAMAGED), 1
-        while aside.exists():
-            aside, k = path.with_name(f"{path.name}{DAMAGED}.{k}"), k + 1
-        path.replace(aside)
-        self.report(f"{path.name} is set aside as {aside.name}: {why}.")
+        new_path, k = path.with_name(path.name + DAMAGED), 1
+        while new_path.exists():
+            new_path, k = path.with_name(f"{path.name}{DAMAGED}.{k}"), k + 1
+        path.replace(new_path)
+        self.report(f"{path.name} is set aside as {new_path.name}: {why}.")
 
 
 def stored_rows(
     folder: str, columns: Mapping[str, type]
 ) -> Callable[[Path, Callable[[str], None]], pd.DataFrame]:
-    """(studies, report) -> all rows of a study's folder, of any version; none where it was not
-    run."""
+    """A function (studies, report) that returns all rows of a study's folder, of any version; an
+    empty table where the study was not run."""
     return lambda studies, report: RowFiles(studies / folder, columns, report).all()
 
 

@@ -1,4 +1,4 @@
-"""Where the time of a first run goes: what compiles, function by function.
+"""The time of a first run, by the functions that it compiles.
 
 `python -m benchmarks.studies.compile_times` prints the table for Kepler's problem, of a fresh
 process with an empty cache.
@@ -16,11 +16,11 @@ import pandas as pd
 
 from benchmarks.store.provenance import ROOT
 
-SHOWN = 12  # functions that are listed by name
-PASSES = {"native_lowering": "machine code", "part_lowering": "LLVM's code"}
+SHOWN_FUNCTIONS = 12  # functions that are listed by name
+COMPILER_STEPS = {"native_lowering": "machine code", "part_lowering": "LLVM's code"}
 ANALYSIS = "types and rewriting"
-COLUMNS = ("function", ANALYSIS, *PASSES.values(), "seconds")
-COLD = """
+COLUMNS = ("function", ANALYSIS, *COMPILER_STEPS.values(), "seconds")
+COLD_PROGRAM = """
 import json, time
 before = time.process_time()
 import galvi
@@ -53,8 +53,8 @@ def compile_times() -> tuple[float, float, pd.DataFrame]:
     """Processor seconds of the import, of a first run with an empty cache, and of each function
     that it compiles: a row for each function with COLUMNS, those that take longest first.
 
-    A function's machine code holds that of all functions it calls, whose own rows are what the
-    compiler does before: types, and LLVM's code.
+    A function's machine code contains that of all functions that it calls; the rows of these have
+    the steps before, types and LLVM's code.
 
     Raises
     ------
@@ -64,7 +64,11 @@ def compile_times() -> tuple[float, float, pd.DataFrame]:
     with tempfile.TemporaryDirectory() as cache:
         environment = os.environ | {"NUMBA_CACHE_DIR": cache}
         completed = subprocess.run(
-            [sys.executable, "-c", COLD], env=environment, cwd=ROOT, capture_output=True, text=True
+            [sys.executable, "-c", COLD_PROGRAM],
+            env=environment,
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
         )
     if completed.returncode:
         raise RuntimeError(f"the first run failed: {completed.stderr.strip()}")
@@ -73,7 +77,7 @@ def compile_times() -> tuple[float, float, pd.DataFrame]:
     for name, seconds in own_seconds.items():
         step, _, function = name.rstrip("]").partition(" [")
         row = rows.setdefault(function, dict.fromkeys(COLUMNS[1:], 0.0))
-        row[PASSES.get(step, ANALYSIS)] += seconds
+        row[COMPILER_STEPS.get(step, ANALYSIS)] += seconds
         row["seconds"] += seconds
     records = [{"function": function, **row} for function, row in rows.items()]
     table = pd.DataFrame(records, columns=list(COLUMNS))
@@ -81,12 +85,15 @@ def compile_times() -> tuple[float, float, pd.DataFrame]:
 
 
 def main() -> None:
-    """Print the seconds, the functions that take longest, and the sums of others and of all."""
+    """Print the total times, the slowest functions, and the sums of the others and of all."""
     imported, total, table = compile_times()
     numbers = list(COLUMNS[1:])
-    sums = {f"{len(table) - SHOWN} others": table[SHOWN:], f"all {len(table)}": table}
+    sums = {
+        f"{len(table) - SHOWN_FUNCTIONS} others": table[SHOWN_FUNCTIONS:],
+        f"all {len(table)}": table,
+    }
     lines = [
-        table[:SHOWN],
+        table[:SHOWN_FUNCTIONS],
         *(pd.DataFrame([{"function": name, **part[numbers].sum()}]) for name, part in sums.items()),
     ]
     print(f"import galvi {imported:.2f} s, first run {total:.2f} s of processor time, of which")

@@ -21,9 +21,14 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.releases.own_run import SAMPLES, Answer, Motion, OwnRun
-from benchmarks.applications.releases.requirements import USUAL, installed, interpreter, requirement
+from benchmarks.applications.releases.requirements import (
+    USUAL_RELEASES,
+    installed,
+    interpreter,
+    requirement,
+)
 from benchmarks.checks.claim import Report
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles
 from galvi.arrays import Array
@@ -88,7 +93,7 @@ class Part:
             with interpreter("mujoco", self.version, self.files.folder) as python:
                 report(f"{self.title}: moving")
                 rows = rows_of(answers(python))
-        except NotHere as error:
+        except EnvironmentUnavailable as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
         table = pd.DataFrame(rows).assign(commit=version(), date=today())
@@ -113,7 +118,7 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
 def parts(studies: Path, report: Report, versions: Sequence[str] = ()) -> list[Part]:
     """A part for each version: older ones and the installed one."""
     files = RowFiles(studies / FOLDER, COLUMNS, report)
-    selected = versions or (*USUAL["mujoco"], installed("mujoco"))
+    selected = versions or (*USUAL_RELEASES["mujoco"], installed("mujoco"))
     return [Part(version, files) for version in selected if version]
 
 
@@ -132,7 +137,10 @@ def engine_of(version: str) -> str:
 
 
 def answers(python: str | Path = sys.executable) -> dict[str, Answer]:
-    """Run each body by the MuJoCo of this interpreter. Raises NotHere where it fails."""
+    """Run each body by the MuJoCo of this interpreter.
+
+    Raises EnvironmentUnavailable where it fails.
+    """
     return {joint: run.answer(specifications(run), python=python) for joint, run in _runs().items()}
 
 

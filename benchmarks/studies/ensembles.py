@@ -1,4 +1,4 @@
-"""Ensembles: what lanes, threads and workers gain, and peers at matched error, in one run each.
+"""Ensembles: the gain by lanes, threads and workers, and peers at matched error.
 
 Errors are the largest of the configurations of a few members at the end, against a closed form or
 another engine. Of each code the cheapest setting that reaches the error is timed, in interleaved
@@ -29,7 +29,7 @@ from references.mujoco.rollout import MUJOCO_ROLLOUT
 
 ROUNDS, ROUND_SECONDS = 3, 0.05
 MEMBERS, QUICK_MEMBERS = 1000, 200
-LOOKED_AT = 3  # members whose error is measured
+CHECKED_MEMBERS = 3  # members whose error is measured
 DEGREES = 6, 8, 9  # of galvi
 STEPS = 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 34, 44, 56, 64, 96, 128, 192
 SEED = 17
@@ -71,9 +71,9 @@ class Candidate(NamedTuple):
     Attributes
     ----------
     calls
-        (setting as text, call that returns the final configurations), made when asked for
+        iterator of (setting as text, call that returns the final configurations)
     in_parallel
-        whether a call runs all members; else it runs LOOKED_AT of them, in one thread
+        whether a call runs all members; else it runs CHECKED_MEMBERS of them, in one thread
     """
 
     name: str
@@ -95,8 +95,8 @@ def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
 
 
 def _perturbed(problem: galvi.Problem, members: int, size: float) -> tuple[Any, Any]:
-    off = size * np.random.default_rng(SEED).standard_normal((2, members, *problem.q0.shape))
-    return problem.q0 * (1.0 + off[0]), problem.v0 * (1.0 + off[1])
+    changes = size * np.random.default_rng(SEED).standard_normal((2, members, *problem.q0.shape))
+    return problem.q0 * (1.0 + changes[0]), problem.v0 * (1.0 + changes[1])
 
 
 def _truth(
@@ -104,7 +104,7 @@ def _truth(
 ) -> Any:
     runs = [
         contender.run(problem.with_initial_state(*state), duration, {"samples": 1, **setting})
-        for state in zip(q[:LOOKED_AT], v[:LOOKED_AT], strict=True)
+        for state in zip(q[:CHECKED_MEMBERS], v[:CHECKED_MEMBERS], strict=True)
     ]
     return np.stack([run.q[-1] for run in runs])
 
@@ -156,10 +156,10 @@ def _of_galvi(ensemble: Ensemble, degree: int) -> Iterator[tuple[str, Call]]:
     """Settings from the coarsest with which the first members reach the error."""
     problem, q, v, duration, target, truth = ensemble
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
-    run, few = partial(galvi.integrate_ensemble, problem, tolerance=1e-4 * target), len(truth)
+    run, checked = partial(galvi.integrate_ensemble, problem, tolerance=1e-4 * target), len(truth)
     for steps in STEPS:
         arguments = method, duration / steps, steps
-        ends = run(q[:few], v[:few], *arguments)[0]
+        ends = run(q[:checked], v[:checked], *arguments)[0]
         if np.abs(ends - truth).max() <= target or steps == STEPS[-1]:
             yield f"degree {degree}, {steps} steps", lambda a=arguments: run(q, v, *a)[0]
 
@@ -183,14 +183,14 @@ def _of_heyoka(heyoka: Any, ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
 
 
 def _of_scipy(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
-    """LOOKED_AT members in one thread, whose time stands for that of all."""
+    """CHECKED_MEMBERS members in one thread, whose time stands for that of all."""
     problem, q, v, duration, *_ = ensemble
 
     def call(tolerance: float) -> Any:
         return _truth(DOP853, problem, q, v, duration, rtol=tolerance, atol=tolerance)
 
     for tolerance in (1e-12, 1e-13, 2.3e-14):
-        yield f"rtol {tolerance:g}, {LOOKED_AT} members", partial(call, tolerance)
+        yield f"rtol {tolerance:g}, {CHECKED_MEMBERS} members", partial(call, tolerance)
 
 
 def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
@@ -200,7 +200,7 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     for candidate in candidates(ensemble):
         error, setting = math.inf, ""
         for setting, call in candidate.calls:
-            error = float(np.abs(call()[:LOOKED_AT] - ensemble.truth).max())
+            error = float(np.abs(call()[:CHECKED_MEMBERS] - ensemble.truth).max())
             if error <= ensemble.target:
                 chosen.append((candidate, setting, error, call))
                 break
@@ -208,7 +208,8 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
             missed[candidate.name] = setting, error
     times = interleaved([call for *_, call in chosen], ROUNDS, ROUND_SECONDS)
     name, members = ensemble.problem.name, len(ensemble.q)
-    on_all_processors = LOOKED_AT * processors()  # members in the time of LOOKED_AT on one thread
+    # members in the time of CHECKED_MEMBERS on one thread
+    on_all_processors = CHECKED_MEMBERS * processors()
     fastest: dict[str, tuple[str, float, Timing, float]] = {}
     for (candidate, setting, error, _), timing in zip(chosen, times, strict=True):
         code, per_member = (
@@ -243,20 +244,21 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
 
 
 def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
-    """One by one, lanes, threads and workers of one ensemble."""
+    """Rows of one ensemble: members one by one, in lanes, in threads and on workers."""
     problem, q, v, duration, *_ = ensemble
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    steps, few = 200, max(len(q) // 40, 8)
+    steps, single_members = 200, max(len(q) // 40, 8)
     arguments = (method, duration / 24, steps)
     run = partial(galvi.integrate_ensemble, problem, q, v, *arguments)
 
     def one_by_one() -> Any:
         starts = [
-            problem.with_initial_state(*state) for state in zip(q[:few], v[:few], strict=True)
+            problem.with_initial_state(*state)
+            for state in zip(q[:single_members], v[:single_members], strict=True)
         ]
         return galvi.integrate_many(starts, *arguments, save_every=steps, threads=1)
 
-    first, rows = f"one by one, {few} members", list[tuple[Any, ...]]()
+    first, rows = f"one by one, {single_members} members", list[tuple[Any, ...]]()
     for make_executors in (threads, workers):
         with make_executors() as executors:
             calls: dict[str, Call] = {first: one_by_one}
@@ -266,7 +268,7 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
             times = dict(
                 zip(calls, interleaved(list(calls.values()), ROUNDS, ROUND_SECONDS), strict=True)
             )
-        serial = times[first].seconds / few
+        serial = times[first].seconds / single_members
         for label, timing in times.items():
             per_member = serial if label == first else timing.seconds / len(q)
             if label != first or not rows:
@@ -290,7 +292,7 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
 
 @contextmanager
 def threads() -> Iterator[dict[str, Any]]:
-    """One thread, and as many as there are processors, by what they are called."""
+    """Executors with one thread and with as many as there are processors, by label."""
     with ExitStack() as stack:
         yield {
             f"lanes, {n} thread{'s' * (n > 1)}": stack.enter_context(ThreadPoolExecutor(n))
@@ -305,7 +307,7 @@ class OneWorker:
         self._client, (self._worker, *_) = client, client.nthreads()
 
     def nthreads(self) -> dict[str, int]:
-        """The threads of the worker."""
+        """The number of threads of the worker, by its address."""
         return {self._worker: self._client.nthreads()[self._worker]}
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -315,7 +317,8 @@ class OneWorker:
 
 @contextmanager
 def workers() -> Iterator[dict[str, Any]]:
-    """One Dask worker, and as many as there are processors; nothing where Dask is not installed."""
+    """One Dask worker, and as many as there are processors, by label; {} where Dask is not
+    installed."""
     if find_spec("distributed") is None:
         yield {}
         return

@@ -1,4 +1,4 @@
-"""Point masses against JPL's ephemeris, and what relativity adds."""
+"""Point masses against JPL's ephemeris, and displacements by relativity."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from references.contender import EngineMissing, missing_engine
 from references.jpl.ephemeris import JPL_EPHEMERIS
 from references.stored.planets import STORED_TRUTH
 
-LIGHT = 299_792.458 * 86_400.0 / 149_597_870.7  # au / day
+LIGHT_SPEED = 299_792.458 * 86_400.0 / 149_597_870.7  # au / day
 TIGHT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 
 
-def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) -> Array:
+def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT_SPEED) -> Array:
     """Positions of a light body about a mass gm at times from 0, (times, 3); light=inf: Newton.
 
     q'' = -gm q / r^3 + gm / (c^2 r^3) ((4 gm / r - v^2) q + 4 (q v) v), harmonic coordinates: the
@@ -43,8 +43,8 @@ def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) ->
         return [u, v, w, along * x + drag * u, along * y + drag * v, along * z + drag * w]
 
     start = np.concatenate([q0, v0])
-    solved = solve_ivp(slope, (0.0, times[-1]), start, t_eval=times, **TIGHT)
-    return solved.y[:3].T
+    solution = solve_ivp(slope, (0.0, times[-1]), start, t_eval=times, **TIGHT)
+    return solution.y[:3].T
 
 
 def displacement(gm: float, q0: Array, v0: Array, times: Array) -> Array:
@@ -65,9 +65,9 @@ COLUMNS = (
 )
 DAYS = (1000, 5000, 10_000)
 DEGREE, STEP = 12, 10.0  # days; within 1e-12 au of the quadruple truth
-OURS = f"galvi degree {DEGREE}, Gauss {DEGREE}"
+GALVI_LABEL = f"galvi degree {DEGREE}, Gauss {DEGREE}"
 STAGES, LONG_STEP = 16, 20.0  # in the Kepler frame
-IN_FRAME = frame_label(STAGES, None)
+FRAME_LABEL = frame_label(STAGES, None)
 ARC_SECOND = np.pi / 648_000.0
 EXPLANATION = (
     f"galvi, degree {DEGREE}, steps of {STEP:g} days, from DE421's own states of 2000-01-01: the "
@@ -105,14 +105,14 @@ def ephemeris_table(
     report("10,000 days of the planets")
     problem, duration = galvi.problems.solar_system(), float(DAYS[-1])
     samples = DAYS[-1] // DAYS[0]
-    sky = JPL_EPHEMERIS.run(problem, duration, {"samples": samples}).q
+    ephemeris = JPL_EPHEMERIS.run(problem, duration, {"samples": samples}).q
     truth = STORED_TRUTH.run(problem, duration, {"samples": samples}).q
     relativity = [_relativity(problem, k) for k in range(len(problem.q0))]
     setting = {"step": STEP, "save_every": round(DAYS[0] / STEP)}
-    runs = [(OURS, gauss_collocation(DEGREE).run(problem, duration, setting))]
+    runs = [(GALVI_LABEL, gauss_collocation(DEGREE).run(problem, duration, setting))]
     longer = {"step": LONG_STEP, "save_every": round(DAYS[0] / LONG_STEP)}
     framed = gauss_collocation(STAGES, galvi.KeplerFrame()).run(problem, duration, longer)
-    runs.append((IN_FRAME, framed))
+    runs.append((FRAME_LABEL, framed))
     for external in externals:
         offered = finest(external, problem, duration, samples, FEWEST_STEPS)
         if offered is not None:
@@ -120,29 +120,29 @@ def ephemeris_table(
             runs.append((external.name, external.run(problem, duration, offered)))
     rows = []
     for contender, run in runs:
-        rows += _rows(contender, run, sky, truth, relativity)
+        rows += _rows(contender, run, ephemeris, truth, relativity)
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def _rows(
-    label: str, run: Trajectory, sky: Array, truth: Array, relativity: list[Array]
+    label: str, run: Trajectory, ephemeris: Array, truth: Array, relativity: list[Array]
 ) -> list[tuple[Any, ...]]:
     """The rows of one run, in the order of COLUMNS; states (samples + 1, bodies, 3)."""
     if not run.success:
         return [(label, "", *[np.nan] * 5, run.status)]
-    difference, integration_error = _length(run.q - sky), _length(run.q - truth)
-    sky_angle = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
+    difference, integration_error = _length(run.q - ephemeris), _length(run.q - truth)
+    sky_angle = _angle(run.q - run.q[:, :1], ephemeris - ephemeris[:, :1]) / ARC_SECOND
     sky_angle[:, 0] = np.nan
-    shown = [days // DAYS[0] for days in DAYS]
+    rows_of_days = [days // DAYS[0] for days in DAYS]
     return [
         (label, body, *values, "")
         for k, body in enumerate(run.problem.parameters["bodies"])
         for values in zip(
             DAYS,
-            difference[shown, k],
-            sky_angle[shown, k],
+            difference[rows_of_days, k],
+            sky_angle[rows_of_days, k],
             relativity[k],
-            integration_error[shown, k],
+            integration_error[rows_of_days, k],
             strict=True,
         )
     ]

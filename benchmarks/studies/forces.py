@@ -1,4 +1,4 @@
-"""Which force works under which integrator: secular rates of a planet's orbit."""
+"""Forces under integrators, by the secular rates of a planet's orbit."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ MU = 1.0 + MASS
 PERIOD = 2.0 * np.pi / np.sqrt(MU)
 C, J2, RADIUS, STRENGTH, BETA, SLOWING = 300.0, 1e-3, 0.1, 1e-5, 1e-3, 1e-5
 K2, OWN_RADIUS, LAG = 0.3, 6e-3, 0.1  # of the planet
-SHARE = 10.0  # times its size: how far a force of this size may be from its first order
-FINER = 4
-ORDER = 1.7  # from which an error falls as the square of the step
-RIGHT, LATER, WRONG, REFUSED, ABSENT = (
+FIRST_ORDER_FACTOR = 10.0  # bound of the difference from first order, over the size of the force
+STEP_RATIO = 4
+SECOND_ORDER = 1.7  # least order that counts as a fall with the square of the step
+RIGHT_VERDICT, RIGHT_FOR_SHORT_STEPS, WRONG, REFUSED, ABSENT = (
     "right",
     "right for short steps",
     "wrong",
@@ -56,7 +56,9 @@ GALVI, THEORY, NO_KICK, WRONG_SIGN, FRAME, CLOCK = (
     "galvi, clock",
 )
 IN_FRAME, IN_CLOCK = {"chart": galvi.KeplerFrame()}, {"clock": galvi.DynamicalTime()}
-ONCE = "At one length of the step, since steps with a force of velocity are in plain Python."
+ONE_STEP_LENGTH_NOTE = (
+    "At one length of the step, since steps with a force of velocity are in plain Python."
+)
 REBOUND = ("ias15", "bs", "whfast", "whfast512", "saba", "leapfrog", "mercurius", "trace")
 SETTINGS: Mapping[float, tuple[int, int, int]] = {  # e: samples, REBOUND's steps, galvi's, an orbit
     0.2: (20, 40, 16),
@@ -68,8 +70,9 @@ EXPLANATION = (
     "over each of 20 orbits) under galvi, and under REBOUND's integrators with "
     "REBOUNDx's forces less their rates without the force. The error is that of the worst rate "
     "over the largest one, against heyoka in quadruple precision, whose run is itself held to the "
-    f"formulas of first order by the bound: {SHARE:g} times the largest rate over the mean motion, "
-    "the size of what the first order, and one post-Newtonian form against another, leave out. "
+    f"formulas of first order by the bound: {FIRST_ORDER_FACTOR:g} times the largest rate over the "
+    "mean motion, the size of what the first order, and one post-Newtonian form against another, "
+    "leave out. "
     "Right is within the bound at 40 steps an orbit (80 at e = 0.9; galvi: 16 and 200) and at four "
     "times as many; right for short steps is within it at the second, or falling as the square of "
     "the step; anything else is wrong. Steps are not of equal cost: this is about right and "
@@ -93,11 +96,11 @@ class Case:
     rates
         (a, e, i) of mean elements -> rates of ln a, e, node and argument, to first order
     parameters
-        of REBOUNDx's force; of_bodies: those of its bodies
+        parameters of REBOUNDx's force; `of_bodies` has those of its bodies
     sign_changed
-        galvi's with the sign changed, None where it can have none
+        galvi's force with the sign changed; None where its sign cannot be changed
     pull
-        of the star at rest, as a share of gravity, with which elements are osculating
+        attraction of the star at rest, as a fraction of gravity, for the osculating elements
     """
 
     force: Any
@@ -111,7 +114,7 @@ class Case:
 
 
 def motion(a: float) -> float:
-    """n, of the mean semi-major axis."""
+    """The mean motion n of a mean semi-major axis."""
     return float(np.sqrt(MU / a**3))
 
 
@@ -178,7 +181,7 @@ CASES: Mapping[str, Case] = {
 }  # fmt: skip
 
 
-QUICK = ("J2", "relativity, one source")
+QUICK_FORCES = ("J2", "relativity, one source")
 
 
 def problem(e: float, forces: Any = ()) -> galvi.Problem:
@@ -186,8 +189,8 @@ def problem(e: float, forces: Any = ()) -> galvi.Problem:
     distance, speed = 1.0 + e, np.sqrt(MU * (1.0 - e) / (1.0 + e))
     turn = _about(2, NODE) @ _about(0, TILT) @ _about(2, ARGUMENT)
     x, v = turn @ [-distance, 0.0, 0.0], turn @ [0.0, -speed, 0.0]
-    share = np.array([[-MASS / MU], [1.0 / MU]])
-    return galvi.Problem(galvi.NBody([1.0, MASS], forces=forces), share * x, share * v)
+    fractions = np.array([[-MASS / MU], [1.0 / MU]])
+    return galvi.Problem(galvi.NBody([1.0, MASS], forces=forces), fractions * x, fractions * v)
 
 
 def _about(axis: int, angle: float) -> Array:
@@ -256,12 +259,12 @@ class Orbit:
     def by_galvi(
         self, force: Any, finer: int, options: Mapping[str, Any], steps: int | None = None
     ) -> Array:
-        """Rates by galvi, with a force that may be a fault, and the method's frame or clock.
+        """The rates of galvi's run with a force, and with the frame or clock in `options`.
 
         Parameters
         ----------
         steps
-            an orbit; None: those of galvi in ``SETTINGS``
+            steps in an orbit; None: those of galvi in ``SETTINGS``
         """
         method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **options)
         steps = steps or SETTINGS[self.e][2]
@@ -290,7 +293,7 @@ def _without(e: float, integrator: str, dt: float) -> tuple[Array, Array]:
 def forces_table(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
     """A row for each force, eccentricity and contender; see COLUMNS.
 
-    quick                 the forces of QUICK, at the first eccentricity
+    quick                 whether only QUICK_FORCES are run, at the first eccentricity
     error, error_quarter  of the worst rate over the largest one, and that with a quarter of the
                           step; nan without steps of a length
     Raises ModuleNotFoundError without heyoka in quadruple precision.
@@ -299,7 +302,9 @@ def forces_table(quick: bool = False, report: Report = lambda sentence: None) ->
         raise EngineMissing(HEYOKA_QUADRUPLE.missing, name=missing_engine(HEYOKA_QUADRUPLE))
     rows = []
     for name, case in CASES.items():
-        for e in case.eccentricities[: 1 if quick else None] if name in QUICK or not quick else ():
+        for e in (
+            case.eccentricities[: 1 if quick else None] if name in QUICK_FORCES or not quick else ()
+        ):
             report(f"{name}, e = {e:g}")
             for row in rows_of(Orbit(case, e)):
                 rows.append({"force": name, "eccentricity": e, **row})
@@ -307,11 +312,12 @@ def forces_table(quick: bool = False, report: Report = lambda sentence: None) ->
 
 
 def verdict(errors: Array, bound: float) -> str:
-    """The verdict on an error, or on that and the one at a quarter of the step; NaN: no error."""
+    """The verdict on an error, or on that and the one at a quarter of the step; NaN counts as
+    wrong."""
     if np.all(errors <= bound):
-        return RIGHT
-    if errors[-1] <= bound or FINER**ORDER * errors[-1] <= errors[0]:
-        return LATER
+        return RIGHT_VERDICT
+    if errors[-1] <= bound or STEP_RATIO**SECOND_ORDER * errors[-1] <= errors[0]:
+        return RIGHT_FOR_SHORT_STEPS
     return WRONG
 
 
@@ -325,14 +331,14 @@ def rows_of(orbit: Orbit) -> list[dict[str, Any]]:
     _, rebound_steps, galvi_steps = SETTINGS[orbit.e]
     true, theory = orbit.truth()
     largest = float(np.max(np.abs(true)))
-    bound = SHARE * largest * PERIOD / (2.0 * np.pi)
+    bound = FIRST_ORDER_FACTOR * largest * PERIOD / (2.0 * np.pi)
 
     def row(
         contender: str,
         steps: int,
         run: Callable[[int], Array],
         refusals: Any = (),
-        lengths: tuple[int, ...] = (1, FINER),
+        lengths: tuple[int, ...] = (1, STEP_RATIO),
     ) -> dict[str, Any]:
         columns = {"contender": contender, "steps": steps, "bound": bound}
         with warnings.catch_warnings(record=True) as warned:
@@ -363,7 +369,7 @@ def rows_of(orbit: Orbit) -> list[dict[str, Any]]:
             lambda finer: orbit.by_galvi(case.force, finer, IN_FRAME),
             ValueError,
         ),
-        row(CLOCK, in_clock, in_time, lengths=(1,)) | {"status": ONCE}
+        row(CLOCK, in_clock, in_time, lengths=(1,)) | {"status": ONE_STEP_LENGTH_NOTE}
         if case.force.takes_velocity
         else row(CLOCK, in_clock, in_time),
         row(NO_KICK, galvi_steps, lambda finer: orbit.by_galvi((), finer, {})),
@@ -372,10 +378,12 @@ def rows_of(orbit: Orbit) -> list[dict[str, Any]]:
         rows.append(
             row(WRONG_SIGN, galvi_steps, lambda finer: orbit.by_galvi(case.sign_changed, finer, {}))
         )
-    why = extras.missing()
+    missing_reason = extras.missing()
     for integrator in REBOUND:
-        if why:
-            rows.append({"contender": f"REBOUND {integrator}", "verdict": ABSENT, "status": why})
+        if missing_reason:
+            rows.append(
+                {"contender": f"REBOUND {integrator}", "verdict": ABSENT, "status": missing_reason}
+            )
             continue
         adaptive = integrator in extras.ADAPTIVE
         line = row(
@@ -399,8 +407,8 @@ SHORT = {
 
 
 def matrix(rows: pd.DataFrame) -> pd.DataFrame:
-    """A line for each force and eccentricity, a column for each contender: the verdict, and by how
-    much it is wrong at a quarter of the step."""
+    """A line for each force and eccentricity, a column for each contender: the verdict, with the
+    error at a quarter of the step where it is wrong."""
 
     def cell(row: Any) -> str:
         if row["verdict"] != WRONG:
@@ -410,8 +418,8 @@ def matrix(rows: pd.DataFrame) -> pd.DataFrame:
 
     lines: dict[tuple[str, float], dict[str, Any]] = {}
     for row in rows.to_dict("records"):
-        where = row["force"], row["eccentricity"]
-        line = lines.setdefault(where, {"force": where[0], "e": f"{where[1]:g}"})
+        key = row["force"], row["eccentricity"]
+        line = lines.setdefault(key, {"force": key[0], "e": f"{key[1]:g}"})
         contender = str(row["contender"]).removeprefix("REBOUND ")
         line[SHORT.get(contender, contender)] = cell(row)
     table = pd.DataFrame(lines.values())

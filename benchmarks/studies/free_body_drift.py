@@ -21,7 +21,7 @@ from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
 from benchmarks.work_precision.problem import largest_difference
-from benchmarks.work_precision.problems.rigid_bodies import MUJOCO
+from benchmarks.work_precision.problems.rigid_bodies import MUJOCO_CONTENDERS
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
@@ -51,9 +51,9 @@ COLUMNS: Mapping[str, type] = {
     "date": str,
 }
 TURNS, QUICK_TURNS = 1000, 100
-GRID = 2.0**-20  # steps are multiples of it, so that their ends are exactly representable
+STEP_UNIT = 2.0**-20  # steps are multiples of it, so that their ends are exactly representable
 BOX_STEP, BOX_STEPS = 0.01, 500  # as in MuJoCo's test
-OWN_STEP = 0.01
+MUJOCO_STEP = 0.01
 STEPS_A_TURN = 5  # fewest steps per turn of an external integrator without settings
 
 
@@ -64,13 +64,13 @@ class DriftParticipant:
     Attributes
     ----------
     label
-        for tables
+        label in tables
     step
-        nominal step; rounded to a multiple of GRID unless the problem sets it
+        nominal step, rounded to a multiple of STEP_UNIT for the body; the box has its own step
     joint
         "free" for a body that could also translate, although it does not
     origin
-        the path of an external integrator
+        path of an external integrator; "" for others
     """
 
     label: str
@@ -81,10 +81,10 @@ class DriftParticipant:
 
     @property
     def engine(self) -> str:
-        """The engine: galvi, or name and version of another."""
+        """The engine: "galvi", MuJoCo's name and version, or the path of an external integrator."""
         if self.origin:
             return self.origin
-        mujoco = self.contender in MUJOCO and not self.contender.missing
+        mujoco = self.contender in MUJOCO_CONTENDERS and not self.contender.missing
         return mujoco_engine.version() if mujoco else "galvi"
 
 
@@ -102,11 +102,11 @@ def _galvi(degree: int, step: float) -> list[DriftParticipant]:
 def _mujoco(joint: str, step: float) -> list[DriftParticipant]:
     return [
         DriftParticipant(f"{contender.name}, {joint} joint", contender, step, joint)
-        for contender in MUJOCO
+        for contender in MUJOCO_CONTENDERS
     ]
 
 
-PARTICIPANTS = (*_galvi(4, 0.125), *_galvi(8, 0.4), *_mujoco("free", OWN_STEP))
+PARTICIPANTS = (*_galvi(4, 0.125), *_galvi(8, 0.4), *_mujoco("free", MUJOCO_STEP))
 ON_BOX = (*_galvi(4, BOX_STEP), *_mujoco("free", BOX_STEP), *_mujoco("ball", BOX_STEP))
 
 
@@ -143,16 +143,16 @@ def free_spin(
 
 
 def body_rows(participant: DriftParticipant, turns: int) -> list[dict[str, Any]]:
-    """H's free body, at turns 1, 2, 5, 10, ... and the last."""
+    """Rows of H's free body, at turns 1, 2, 5, 10, ... and the last."""
     problem = galvi.problems.free_rigid_body()
-    step = max(1, round(participant.step / GRID)) * GRID
+    step = max(1, round(participant.step / STEP_UNIT)) * STEP_UNIT
     per_turn = max(1, round(period(problem) / step))
     setting = {"step": step, "save_every": per_turn}
     return _rows(participant, problem, setting, per_turn * turns * step, marks(turns))
 
 
 def box_rows(participant: DriftParticipant) -> list[dict[str, Any]]:
-    """MuJoCo's free box, after the steps of its test."""
+    """The row of MuJoCo's free box, after the steps of MuJoCo's test."""
     problem = galvi.problems.free_box()
     setting = {"step": BOX_STEP, "save_every": BOX_STEPS}
     return _rows(participant, problem, setting, BOX_STEPS * BOX_STEP, [1])
@@ -161,7 +161,7 @@ def box_rows(participant: DriftParticipant) -> list[dict[str, Any]]:
 def external_rows(external: ExternalIntegrator, label: str, turns: int) -> list[dict[str, Any]]:
     """The box and the body by an external integrator, each at its finest setting."""
     body, box = galvi.problems.free_rigid_body(), galvi.problems.free_box()
-    turn = round(period(body) / GRID) * GRID
+    turn = round(period(body) / STEP_UNIT) * STEP_UNIT
     rows = []
     for problem, duration, parts, fewest, indices in (
         (box, BOX_STEPS * BOX_STEP, 1, BOX_STEPS, [1]),
@@ -231,7 +231,7 @@ def _rows(
 
 
 def _unbound(problem: Problem) -> Problem:
-    """The body, free to translate too."""
+    """The problem of the same body on SE(3), which may translate too."""
     body = galvi.FreeBody(1.0, problem.system.inertia)
     start = np.eye(4)
     start[:3, :3] = problem.q0
@@ -245,7 +245,7 @@ def _energy_errors(problem: Problem, R: Array, w: Array) -> Array:
 
 
 def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
-    """|L - L0| / |L0|, likewise."""
+    """|L - L0| / |L0| of attitudes (k, 3, 3) and body angular velocities (k, 3), (k,)."""
     exact = independent_invariants.angular_momentum(problem, problem.q0[None], problem.v0[None])
     change = np.linalg.norm(independent_invariants.angular_momentum(problem, R, w) - exact, axis=-1)
     return change / np.linalg.norm(exact)

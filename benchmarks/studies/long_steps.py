@@ -35,13 +35,13 @@ class LongSteps:
     Attributes
     ----------
     step, steps
-        size, in days, and number
+        step size in days, and number of steps
     ns
-        numbers of basis functions; orbits and shapes are those of the first
+        numbers of basis functions; orbits and shapes are measured with the first
     watched
         bodies whose extent and perihelion are measured
     samples
-        of the orbits, a multiple of steps
+        number of samples of the orbits, a multiple of `steps`
     """
 
     problem: Problem
@@ -79,23 +79,23 @@ class LongSteps:
         chart = galvi.KeplerFrame()
         in_frame = make_method(galvi.Polynomials(n - 1), galvi.gauss(n - 1), chart)
         methods = {f"n = {k}": (k, method_of(make_method, k), "") for k in self.ns}
-        for name, (k, method, where) in {**methods, "frame": (n, in_frame, IN_FRAME)}.items():
+        for name, (k, method, suffix) in {**methods, "frame": (n, in_frame, IN_FRAME)}.items():
             report(f"{name}, {self.steps} steps of {self.step:g} d")
             run = galvi.integrate(self.problem, method, self.step, self.steps)
-            observations += self._errors(run, truth, where, study=name, n=k)
+            observations += self._errors(run, truth, suffix, study=name, n=k)
             if name == f"n = {n}":
                 observations += self._orbits(run) + self._shapes(run, truth)
         return frame(observations)
 
     def _errors(
-        self, run: Trajectory, truth: Trajectory, where: str, **settings: Any
+        self, run: Trajectory, truth: Trajectory, suffix: str, **settings: Any
     ) -> list[dict[str, Any]]:
         settings |= {"step": self.step, "steps": self.steps, **outcome(run)}
         distance = np.linalg.norm(run.q - truth.q[:: self.samples // self.steps], axis=-1)
         energy = float(np.max(np.abs(energy_errors(run))))
-        observations = [row(quantity=ENERGY + where, value=energy, **settings)]
+        observations = [row(quantity=ENERGY + suffix, value=energy, **settings)]
         for k, body in enumerate(self.bodies):
-            values = {DISTANCE + where: np.max(distance[:, k]), AT_END + where: distance[-1, k]}
+            values = {DISTANCE + suffix: np.max(distance[:, k]), AT_END + suffix: distance[-1, k]}
             observations += rows(values, label=body, **settings)
         return observations
 
@@ -115,13 +115,17 @@ class LongSteps:
         observations = []
         for body in self.watched:
             k = self.bodies.index(body)
-            year = period(self.problem, k)
+            revolution = period(self.problem, k)
             first, last, exact = (
-                np.array(extent(truth.t, places, k, start, start + year))
-                for places, start in ((q, 0.0), (q, end - year), (truth.q, end - year))
+                np.array(extent(truth.t, positions, k, start, start + revolution))
+                for positions, start in (
+                    (q, 0.0),
+                    (q, end - revolution),
+                    (truth.q, end - revolution),
+                )
             )
-            towards, exact_direction = perihelion(run, k)[-1], perihelion(truth, k)[-1]
-            turned = angle(towards, exact_direction)
+            direction, exact_direction = perihelion(run, k)[-1], perihelion(truth, k)[-1]
+            angle_between = angle(direction, exact_direction)
             values = {
                 "closest distance, first revolution": first[0],
                 "farthest distance, first revolution": first[1],
@@ -129,8 +133,8 @@ class LongSteps:
                 "farthest distance, last revolution": last[1],
                 CHANGE: np.max(np.abs(last - first)) / np.mean(first),
                 DIFFERENCE: np.max(np.abs(last - exact)),
-                TURN: turned,
-                SHIFT: turned * np.linalg.norm(exact_direction),
+                TURN: angle_between,
+                SHIFT: angle_between * np.linalg.norm(exact_direction),
                 MEAN: np.mean(first),
                 ALONG: np.max(np.linalg.norm(q[:, k] - truth.q[:, k], axis=-1)),
             }
@@ -145,8 +149,8 @@ def worst(
     study: str = "shape",
     relative: bool = False,
 ) -> float:
-    """The largest over the bodies, of lengths over the mean distance where relative; NaN when one
-    is missing."""
+    """The largest value over the bodies, relative to the mean distance where `relative`; NaN when
+    one is missing."""
     sizes = pick(table, study=study, quantity=quantity)
     means = pick(table, quantity=MEAN)
     scale = {body: number(means, label=body) if relative else 1.0 for body in bodies}

@@ -19,7 +19,7 @@ import galvi
 from benchmarks.store.atomic import write
 from galvi import Galerkin, Problem
 
-DAYS = 36_525.0  # of the outer planets: 100 years
+OUTER_DURATION = 36_525.0  # of the outer planets: 100 years
 
 
 def gauss(points: int, **options: Any) -> Galerkin:
@@ -29,7 +29,7 @@ def gauss(points: int, **options: Any) -> Galerkin:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Methods of a class on a problem: label -> method, with numbers of steps."""
+    """A problem with methods of one class: label -> (method, numbers of steps)."""
 
     where: str
     problem: Problem
@@ -38,7 +38,7 @@ class Case:
 
 
 def cases() -> tuple[Case, ...]:
-    """On vector spaces, on Lie groups, in moving frames and in clocks."""
+    """The cases on vector spaces, on Lie groups, in moving frames and in clocks."""
     square = Galerkin(galvi.Polynomials(2), galvi.lobatto(3))
     six_points = Galerkin(galvi.Polynomials(3), galvi.gauss(6))
     frame, sundman, dynamical = galvi.KeplerFrame(), galvi.Sundman(), galvi.DynamicalTime()
@@ -67,7 +67,7 @@ def cases() -> tuple[Case, ...]:
             "degree 2, Gauss 2, modified Rodrigues":
                 (gauss(2, chart=galvi.ModifiedRodrigues()), (80, 160, 320, 640)),
         }),
-        Case("moving frame", galvi.problems.outer_solar_system(), DAYS, {
+        Case("moving frame", galvi.problems.outer_solar_system(), OUTER_DURATION, {
             "degree 1, Gauss 1, Kepler frame": (gauss(1, chart=frame), (60, 120, 240, 480)),
             "degree 2, Gauss 2, Kepler frame": (gauss(2, chart=frame), (60, 120, 240, 480)),
         }),
@@ -86,7 +86,8 @@ def cases() -> tuple[Case, ...]:
 
 
 def rows() -> Iterator[dict[str, Any]]:
-    """A row for each method: what theory says, the fit, and the largest defects in its window."""
+    """A row for each method: its theoretical order, the fit, and the largest defects in its
+    window."""
     for case in cases():
         for name, (method, counts) in case.methods.items():
             table = galvi.convergence(
@@ -109,10 +110,10 @@ def rows() -> Iterator[dict[str, Any]]:
 def as_text(table: pd.DataFrame) -> pd.DataFrame:
     """The table of a page, with the fit and its standard error in one column."""
     fits = [f"{row.fitted:.3f} ± {row.fitted_se:.3f}" for row in table.itertuples()]
-    shown = table.assign(fitted=fits).drop(columns="fitted_se")
+    page_table = table.assign(fitted=fits).drop(columns="fitted_se")
     for name in ("symmetry", "symplecticity", "momentum"):
-        shown[name] = [f"{value:.0e}" if value == value else "-" for value in table[name]]
-    return shown.rename(columns={"order": "order of theory", "fitted": "order measured"})
+        page_table[name] = [f"{value:.0e}" if value == value else "-" for value in table[name]]
+    return page_table.rename(columns={"order": "order of theory", "fitted": "order measured"})
 
 
 def main() -> None:

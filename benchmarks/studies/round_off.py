@@ -56,9 +56,9 @@ COLUMNS: Mapping[str, type] = {
 }
 YEARS, QUICK_YEARS = 1e4, 1e3
 RUNS, QUICK_RUNS = 32, 8
-SIZE, SEED = 1e-12, 1937
+START_CHANGE, SEED = 1e-12, 1937
 STEPS_A_YEAR = 0.5  # fewest for an external integrator without settings: 6 in Jupiter's period
-COARSE = 2.0  # an RMS is resolved above this multiple of the effect of rounding the state
+RESOLVED_RATIO = 2.0  # an RMS is resolved above this multiple of the effect of rounding the state
 
 
 def gauss(
@@ -77,7 +77,7 @@ PARTICIPANTS: tuple[RoundOffParticipant, ...] = (
     ReferenceParticipant(IAS15),
 )
 FRAME = gauss(8, 10.38, galvi.KeplerFrame())
-LONGER = 10.0  # times as long, since its steps take so little time
+LONGER_FACTOR = 10.0  # of the duration in the frame, whose steps take little time
 # Over a million years, with few runs: IAS15 takes most of an hour for each.
 PLANETS: tuple[RoundOffParticipant, ...] = (
     gauss(16, 1.97, galvi.KeplerFrame(), EIGHT),
@@ -89,9 +89,10 @@ PLANET_RUNS = 4
 def member(number: int, bodies: Bodies = OUTER) -> Problem:
     """The planets with positions and velocities perturbed by about 1e-12, relative."""
     problem = bodies.make()
-    off = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
+    changes = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
     return problem.with_initial_state(
-        problem.q0 * (1.0 + SIZE * off[0]), problem.v0 * (1.0 + SIZE * off[1])
+        problem.q0 * (1.0 + START_CHANGE * changes[0]),
+        problem.v0 * (1.0 + START_CHANGE * changes[1]),
     )
 
 
@@ -103,7 +104,7 @@ def row(
 
 
 def line(label: str, settings: str, years: float, member: int, sample: Sample) -> dict[str, Any]:
-    """As `row`, for the contender with this label."""
+    """One row of the study, for a contender with this label and these settings."""
     return {
         "contender": label,
         "settings": settings,
@@ -131,7 +132,7 @@ def brouwer(
     Parameters
     ----------
     longer
-        participants that run LONGER times as long
+        participants that run LONGER_FACTOR times as long
 
     Notes
     -----
@@ -142,7 +143,7 @@ def brouwer(
     years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
     rows = []
     spans = [(participant, years) for participant in participants] + [
-        (participant, LONGER * years) for participant in longer
+        (participant, LONGER_FACTOR * years) for participant in longer
     ]
     for participant, span in spans:
         if isinstance(participant, ReferenceParticipant) and participant.contender.missing:
@@ -204,7 +205,7 @@ def growths(table: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
             (table["contender"] == about["contender"]) & (table["years"] == about["years"])
         ]
         rounded = bool((rows["error"] == rows["error_of_rounded"]).all())
-        fits.append((about, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
+        fits.append((about, growth(t, errors, floor=RESOLVED_RATIO * floor if rounded else 0.0)))
     return fits
 
 

@@ -1,4 +1,4 @@
-"""Cost against the number of bodies, and the limit that a machine sets."""
+"""Cost against the number of bodies, and the limit of the machine."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from references.rebound.whfast import BEST, WHFAST
 # A pair of bodies needs 1 / (x sqrt(x)) of its squared distance x. This kernel computes nothing
 # else, on numbers in the L1 cache, with the same vector instructions as galvi's own.
 
-PAIRS = 1024  # squared distances, 16 KiB with the results
-PASSES = 500
+PAIR_COUNT = 1024  # squared distances, 16 KiB with the results
+PULL_PASSES = 500
 
 
 @intrinsic
@@ -71,8 +71,8 @@ def pull_pairs(squares, pulls, passes):
 
 def call_and_pairs():
     """A function without arguments, and the number of pairs that one call evaluates."""
-    squares, pulls = np.linspace(1.0, 900.0, PAIRS), np.zeros(PAIRS)
-    return lambda: pull_pairs(squares, pulls, PASSES), PAIRS * PASSES
+    squares, pulls = np.linspace(1.0, 900.0, PAIR_COUNT), np.zeros(PAIR_COUNT)
+    return lambda: pull_pairs(squares, pulls, PULL_PASSES), PAIR_COUNT * PULL_PASSES
 
 
 # Cost against the number of bodies at matched error, and the share of the machine's limit.
@@ -100,8 +100,8 @@ BODIES, QUICK_BODIES = (3, 10, 30, 100), (3, 10, 30)
 ORBITS, QUICK_ORBITS = 30, 12  # revolutions of the innermost planet
 WORK = 1800  # bodies times orbits of a timed run, so that its start-up is negligible
 STEPS_AN_ORBIT = 4  # fewest for an external integrator without settings
-HEAVY = 10  # bodies with a mass where the others are massless
-FEW_HEAVY = f", {HEAVY} heavy"  # of a contender's label there
+MASSIVE_BODIES = 10  # bodies with a mass where the others are massless
+MASSIVE_SUFFIX = f", {MASSIVE_BODIES} heavy"  # of a contender's label there
 TARGET = 1e-8  # au, largest error of a body at the end
 ROUNDS = 3
 
@@ -125,7 +125,7 @@ class ScalingParticipant:
 
     @property
     def settings(self) -> str:
-        """The setting as text."""
+        """The settings in words."""
         if self.per_orbit is not None:
             return f"P/{self.per_orbit}"
         return ", ".join(f"{key} = {value:g}" for key, value in self.options)
@@ -152,8 +152,8 @@ class ScalingParticipant:
         round_seconds
             least seconds of a round
         """
-        longer = max(orbits, WORK // len(problem.q0))
-        return self.call(problem, longer), longer
+        timed_orbits = max(orbits, WORK // len(problem.q0))
+        return self.call(problem, timed_orbits), timed_orbits
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +166,7 @@ class ExternalParticipant:
 
     @property
     def settings(self) -> str:
-        """The setting as text."""
+        """The settings in words."""
         return readable_setting(self.setting)
 
     def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:
@@ -204,8 +204,8 @@ def scaling(
     externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
     """One row for each number of bodies, contender and setting, timed alternately; external
-    integrators take part where they can. The most bodies are measured again with all but HEAVY of
-    them massless.
+    integrators take part where they can. The largest number of
+    bodies is measured again with all but MASSIVE_BODIES of them massless.
 
     orbits                  revolutions of the innermost planet in a timed run
     seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
@@ -222,7 +222,7 @@ def scaling(
     orbits = orbits or (QUICK_ORBITS if quick else ORBITS)
     rows, limit = [], 0.0
     for number in bodies:
-        for heavy in (None, HEAVY) if number == max(bodies) > HEAVY else (None,):
+        for heavy in (None, MASSIVE_BODIES) if number == max(bodies) > MASSIVE_BODIES else (None,):
             report(f"{number} bodies{f', {heavy} heavy' if heavy else ''}")
             number_rows, measured_limit = _rows(
                 number, orbits, 0.01 if quick else 0.05, externals, heavy
@@ -246,19 +246,19 @@ def _rows(
     participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
     if heavy:
         participants = tuple(
-            replace(participant, label=f"{participant.label}{FEW_HEAVY}")
+            replace(participant, label=f"{participant.label}{MASSIVE_SUFFIX}")
             for participant in participants
         )
     truth = next(
         (participant for participant in participants if participant.settings == TRUTH.settings),
         TRUTH,
     )
-    able = [participant for participant in participants if not participant.contender.missing]
-    firsts = [once(participant.call(problem, orbits)) for participant in able]
-    runs = {participant: run for participant, (run, _) in zip(able, firsts, strict=True)}
+    runnable = [participant for participant in participants if not participant.contender.missing]
+    firsts = [once(participant.call(problem, orbits)) for participant in runnable]
+    runs = {participant: run for participant, (run, _) in zip(runnable, firsts, strict=True)}
     succeeded = [
         (participant, seconds)
-        for participant, (run, seconds) in zip(able, firsts, strict=True)
+        for participant, (run, seconds) in zip(runnable, firsts, strict=True)
         if run.success
     ]
     calls, spans = [], []
@@ -277,16 +277,16 @@ def _rows(
             succeeded, spans, last[:-1], timings, strict=True
         )
     }
-    for label in {participant.label for participant in able}:
-        reached = [
+    for label in {participant.label for participant in runnable}:
+        within_target = [
             row
             for participant, row in row_of.items()
             if participant.label == label
             and (row["error"] <= TARGET or participant == truth)
             and row["seconds_per_orbit"] > 0.0
         ]
-        if reached:
-            min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
+        if within_target:
+            min(within_target, key=lambda row: row["seconds_per_orbit"])["matched"] = True
     blank = {**dict.fromkeys(COLUMNS, float("nan")), "matched": False}
     rows = [
         row_of.get(
@@ -327,11 +327,11 @@ def _row(
     timing: Timing,
     truth: Trajectory | None,
 ) -> dict[str, Any]:
-    """run: over the orbits of the error comparison; last: over the timed orbits."""
+    """The row of a setting; `run` is that of the error comparison, `last` the timed one."""
     nan, finished = float("nan"), run.success and last.success
     forces = float(last.counts.get("force_evaluations", nan))
     pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))
-    comparable = finished and truth is not None and truth.success and run is not truth
+    is_comparable = finished and truth is not None and truth.success and run is not truth
     status = next((trajectory.status for trajectory in (run, last) if not trajectory.success), "")
     return {
         "contender": participant.label,
@@ -342,7 +342,7 @@ def _row(
         "seconds_low": timing.low / orbits if finished else nan,
         "seconds_high": timing.high / orbits if finished else nan,
         "error": float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
-        if comparable
+        if is_comparable
         else nan,
         "matched": False,
         "evaluations_per_orbit": forces / orbits,

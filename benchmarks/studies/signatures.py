@@ -1,4 +1,4 @@
-"""How each peer moves, in a few numbers, so that a new version that moves otherwise is noticed.
+"""Errors of each peer at a few settings, to notice a new version that computes other motions.
 
     python -m benchmarks.studies.signatures --write FILE     what the installed engines do
     python -m benchmarks.studies.signatures FILE             the same, compared with a file
@@ -26,14 +26,16 @@ from references.rebound.native import Native
 CASES = ("kepler e=0.6", "outer solar system", "free rigid body", "3D pendulum, m g = 9.81")
 ENGINES = ("rebound", "mujoco-core", "heyoka", "scipy")
 KEYS = ["problem", "contender", "settings"]
-ROUNDING = 1e-10  # errors below it are no signature
-OTHERWISE = 1.02  # ratio of errors from which a code moves otherwise
+LEAST_ERROR = 1e-10  # errors below it are no signature
+CHANGED_RATIO = 1.02  # ratio of errors from which a code moves otherwise
 
 
 def signatures() -> pd.DataFrame:
-    """KEYS, error, status, engines: of each peer's coarsest setting on each of CASES in its quick
-    form, the error at the end; a sentence where it fails or is missing; and the versions. Builds
-    for one processor are left out."""
+    """A row for each peer's coarsest setting on each of CASES in its quick form.
+
+    The columns are KEYS, error (at the end), status (the reason where it fails or is missing) and
+    engines (their versions). Builds for one processor are omitted.
+    """
     rows = []
     for case in work_precision_problems(quick=True):
         if case.problem.name not in CASES:
@@ -62,8 +64,8 @@ def signatures() -> pd.DataFrame:
 
 
 def differences(current: pd.DataFrame, reference: pd.DataFrame) -> Iterator[str]:
-    """A sentence for each peer that another environment's engines do not have, or that fails or
-    moves otherwise there."""
+    """A sentence for each row of `current` that is missing in `reference`, fails in one of them
+    only, or has another error there."""
     indexed = reference.set_index(KEYS)
     for row in current.to_dict("records"):
         name = ", ".join(row[key] for key in KEYS)
@@ -71,15 +73,17 @@ def differences(current: pd.DataFrame, reference: pd.DataFrame) -> Iterator[str]
         if key not in indexed.index:
             yield f"{name}: not there."
             continue
-        before, now = (max(error, ROUNDING) for error in (row["error"], indexed.loc[key, "error"]))
+        before, after = (
+            max(error, LEAST_ERROR) for error in (row["error"], indexed.loc[key, "error"])
+        )
         if bool(row["status"]) != bool(indexed.loc[key, "status"]):
             yield f"{name}: '{row['status']}' became '{indexed.loc[key, 'status']}'."
-        elif max(before / now, now / before) > OTHERWISE:
+        elif max(before / after, after / before) > CHANGED_RATIO:
             yield f"{name}: the error {row['error']:.3g} became {indexed.loc[key, 'error']:.3g}."
 
 
 def main(arguments: list[str]) -> int:
-    """Write, or compare; the exit status."""
+    """Write or compare the signatures; returns the exit status."""
     formatter = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
     parser.add_argument("file", type=Path)

@@ -30,7 +30,7 @@ COLUMNS: Mapping[str, type] = {
     "few_steps": float,
     "many_steps": float,
 }
-TIMES = 2  # processes, the first to fill the cache; the fastest counts
+WARM_PROCESSES = 2  # the first one fills the cache; the fastest counts
 STEPS, MANY_STEPS = 10**4, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
@@ -41,7 +41,7 @@ EXPLANATION = (
     f"peak of the process after {STEPS:,} steps, and after a second run of {MANY_STEPS:,} "
     "(a fiftieth for the Lagrangian and the force), of which only the ends are kept."
 )
-OWN = """
+OWN_MODULE = """
 import numba, numpy as np, galvi
 
 @numba.njit(cache=True)
@@ -76,7 +76,7 @@ def top():
         return 0.5 * (w[0] ** 2 + 2.0 * w[1] ** 2 + 3.0 * w[2] ** 2) - R[2, 2]
     return galvi.Problem(galvi.Lagrangian(L, galvi.SO3(), slopes), np.eye(3), [0.1, 1.0, 0.2])
 """
-TIMED = """
+TIMED_PROGRAM = """
 import json, resource, sys, time
 clock = time.perf_counter()
 import numpy
@@ -110,7 +110,7 @@ print(json.dumps([numpys, imported, first, processor, peaks]))
 
 ALL, NOTHING, LONG = "all", "nothing", "long"
 FOLDER = "start_up"  # subfolder of the studies
-SLOW = 0.02  # for the general kernel of groups, whose step takes fifty times as long
+SLOW_FRACTION = 0.02  # for the general kernel of groups, whose step takes fifty times as long
 
 
 @dataclass(frozen=True)
@@ -128,9 +128,10 @@ class Start:
     imports
         imports needed by the expression besides galvi
     cold
-        what a cold run compiles: ALL, or NOTHING new, or all but for the LONG form alone
+        ALL: a cold run is measured; NOTHING: it would compile nothing new; LONG: it is measured in
+        the long form only
     share
-        share of the many steps after which memory is measured
+        fraction of the many steps after which memory is measured
     """
 
     label: str
@@ -142,12 +143,12 @@ class Start:
 
 
 STARTS = (  # what compiles longest first: two processes compile at a time
-    Start("Lagrangian on SO(3): heavy body", "own.top()", 0.1, "import own", LONG, SLOW),
+    Start("Lagrangian on SO(3): heavy body", "own.top()", 0.1, "import own", LONG, SLOW_FRACTION),
     Start("point masses: outer solar system", "galvi.problems.outer_solar_system()", 200.0),
     Start("spring: harmonic oscillator", "galvi.problems.harmonic_oscillator()", 0.1),
     Start("rigid body: free", "galvi.problems.free_rigid_body()", 0.1),
     Start("law: double pendulum", "galvi.problems.double_pendulum()", 0.05),
-    Start("force: damped pendulum", "own.damped()", 0.1, "import own", NOTHING, SLOW),
+    Start("force: damped pendulum", "own.damped()", 0.1, "import own", NOTHING, SLOW_FRACTION),
     Start("user's jitted functions: pendulum", "own.pendulum()", 0.1, "import own"),
 )
 
@@ -175,7 +176,7 @@ def started(start: Start, folder: Path, steps: tuple[int, ...] = (), cache: str 
         folder for compiled code; empty for the default
     """
     environment: Mapping[str, str] = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
-    code = TIMED.format(
+    code = TIMED_PROGRAM.format(
         problem=start.problem, step=start.step, imports=start.imports, steps=list(steps)
     )
     paths = [str(folder), str(ROOT)]
@@ -225,12 +226,12 @@ class Part:
 
     @property
     def title(self) -> str:
-        """For progress output and the table."""
+        """The title in progress output and in the table."""
         return f"{self.start.label}, cold"
 
     @property
     def name(self) -> str:
-        """The name of its file: what is compiled, and the version."""
+        """The name of its file: the problem and the version."""
         return f"{re.sub('[^a-z0-9]+', '-', self.start.label.lower())}_{version()}"
 
     def is_complete(self) -> bool:
@@ -255,7 +256,7 @@ stored = stored_rows(FOLDER, COLUMNS)
 
 
 def _compiling(start: Start) -> float:
-    """Processor time of the first run with nothing compiled."""
+    """Processor seconds of the first run with an empty cache."""
     with own_folder() as folder:
         return started(start, folder, cache=str(folder / "cache")).processor
 
@@ -265,12 +266,12 @@ def own_folder() -> Iterator[Path]:
     """A folder with the user's functions, none of them compiled."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "own.py").write_text(OWN)
+        (folder / "own.py").write_text(OWN_MODULE)
         yield folder
 
 
 def _row(start: Start, folder: Path, cold: float) -> dict[str, Any]:
-    warm = [started(start, folder) for _ in range(TIMES - 1)]
+    warm = [started(start, folder) for _ in range(WARM_PROCESSES - 1)]
     warm.append(started(start, folder, (STEPS, max(STEPS, round(MANY_STEPS * start.share)))))
     imported = min(warm, key=lambda process: process.imported)
     first = min(warm, key=lambda process: process.first)

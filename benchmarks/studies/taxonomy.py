@@ -35,7 +35,7 @@ CHAOS, STEP = galvi.problems.henon_heiles(), 0.5
 BACK_STEP, BACK_STEPS = 0.25, 8
 FLOOR = 3e-13  # of q and p of size 1; 6e-14 was measured
 COARSEST = {1: 96, 2: 48, 3: 32, 4: 24, 5: 20, 6: 16, 7: 16, 8: 16}  # steps, by predicted order
-REFINED = 7  # numbers of steps, each larger by the square root of 2
+STEP_COUNTS = 7  # how many numbers of steps are run, each larger by the square root of 2
 
 COLUMNS: Mapping[str, str] = {
     "kind": "of space",
@@ -62,9 +62,11 @@ def taxonomy(quick: bool, report: Report, make_method: MakeMethod = galvi.Galerk
     exact = KEPLER.run(ORBIT, DURATION, {"samples": SAMPLES})
     truth = np.hstack([exact.q, exact.p])
     lines, kind = [], ""
-    few = QUICK_ARGUMENT if quick else DEFAULT_ARGUMENT
+    largest_argument = QUICK_ARGUMENT if quick else DEFAULT_ARGUMENT
     for pair in pairs(range(1, 5), QUICK_POINTS if quick else POINTS):
-        if pair.number > (few if quick else MAX_ARGUMENT.get(pair.kind, few)):
+        if pair.number > (
+            largest_argument if quick else MAX_ARGUMENT.get(pair.kind, largest_argument)
+        ):
             continue
         if pair.kind != kind:
             kind = pair.kind
@@ -107,9 +109,10 @@ def _line(pair: Pair, truth: Array, make_method: MakeMethod) -> dict[str, Any]:
 
 
 def _order(method: Any, predicted: int, truth: Array) -> tuple[convergence_fits.Fit, str]:
-    """The fit to the largest error of q and p at the samples, and why an error is missing."""
+    """The fit to the largest errors of q and p at the samples, and the status of a failed run or
+    ""."""
     first, status = COARSEST.get(predicted, min(COARSEST.values())), ""
-    steps = [SAMPLES * round(first / SAMPLES * 2.0 ** (j / 2)) for j in range(REFINED)]
+    steps = [SAMPLES * round(first / SAMPLES * 2.0 ** (j / 2)) for j in range(STEP_COUNTS)]
     errors = []
     for count in steps:
         h, between = DURATION / count, count // SAMPLES

@@ -33,10 +33,10 @@ COLUMNS = (
     "seconds_per_step",
     "status",
 )
-TIGHT, SECOND = 1e-13, 1e-12  # tolerances of the truth, and of what its error is taken from
+TIGHT, SECOND_TOLERANCE = 1e-13, 1e-12  # of the truth, and of the run that gives its error
 SAMPLES = 5  # times of the errors
-TIMED, QUICKLY = (3, 0.02), (1, 0.002)  # rounds of the times, and seconds of each in a round
-RK4, FIRST = (100, 200, 400, 800), (1000, 2000, 4000, 8000)
+TIMING, QUICK_TIMING = (3, 0.02), (1, 0.002)  # rounds of the times, and seconds of each in a round
+RK4_STEPS, FIRST_ORDER_STEPS = (100, 200, 400, 800), (1000, 2000, 4000, 8000)
 EXPLANATION = (
     "Two conservative motions: an arm of three skew hinges that swings for 0.5 s, and the same arm "
     "on a body that floats for 5 s. The error is the largest of a coordinate at five times, "
@@ -66,12 +66,16 @@ def trees() -> tuple[Tree, ...]:
 
 
 def participants(tree: Tree) -> list[tuple[str, Contender, int, tuple[int, ...]]]:
-    """Label, contender, order and numbers of steps."""
+    """Label, contender, order and numbers of steps of each participant."""
     galvi_entries = [
         (galvi_label(degree), gauss_collocation(degree), 2 * degree, counts)
         for degree, counts in tree.counts.items()
     ]
-    mujoco = ((MUJOCO_EULER, FIRST), (MUJOCO_IMPLICITFAST, FIRST), (MUJOCO_RK4, RK4))
+    mujoco = (
+        (MUJOCO_EULER, FIRST_ORDER_STEPS),
+        (MUJOCO_IMPLICITFAST, FIRST_ORDER_STEPS),
+        (MUJOCO_RK4, RK4_STEPS),
+    )
     return galvi_entries + [
         (contender.name, contender, contender.order, counts) for contender, counts in mujoco
     ]
@@ -80,14 +84,14 @@ def participants(tree: Tree) -> list[tuple[str, Contender, int, tuple[int, ...]]
 def tree_study(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
     """A row for each tree, integrator and number of steps; one with the reason without MuJoCo.
 
-    order             that of theory
+    order             theoretical order
     error             largest difference of an entry of the configurations
-    unsure            what the truth differs by from itself at a looser tolerance
-    seconds_per_step  of the most steps; else NaN
+    unsure            difference of the truth from itself at a looser tolerance
+    seconds_per_step  seconds for a step in the run with the most steps; NaN for others
     """
     if MUJOCO_ACCELERATIONS.missing:
         return pd.DataFrame([{"status": MUJOCO_ACCELERATIONS.missing}], columns=list(COLUMNS))
-    timed = QUICKLY if quick else TIMED
+    timed = QUICK_TIMING if quick else TIMING
     rows = [row for tree in trees() for row in _rows(tree, timed, report)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
@@ -98,7 +102,7 @@ def truth(tree: Tree) -> tuple[Array, float]:
         MUJOCO_ACCELERATIONS.run(
             tree.problem, tree.duration, {"samples": SAMPLES, "tolerance": tolerance}
         ).q
-        for tolerance in (TIGHT, SECOND)
+        for tolerance in (TIGHT, SECOND_TOLERANCE)
     )
     return positions, largest_difference(positions, looser)
 

@@ -12,16 +12,16 @@ from galvi.arrays import Array
 from references.rigid_equations import quaternion_slope, rotation
 from references.scipy.ivp import TIGHT, solve
 
-COLUMNS = 6  # of the table of extrapolation: order 12; with more, round-off grows
+EXTRAPOLATION_COLUMNS = 6  # of the table of extrapolation: order 12; with more, round-off grows
 
 
 def extrapolated(slope: Callable[[Array], Array], y: Array, duration: float, steps: int) -> Array:
-    """y(duration) of y' = slope(y), in the precision of y, by equal steps of order 12."""
+    """y(duration) of y' = slope(y) by equal steps of order 12, in the precision of y."""
     h = y.dtype.type(duration) / steps
     for _ in range(steps):
         first = slope(y)
         table: list[Array] = []
-        for j in range(1, COLUMNS + 1):
+        for j in range(1, EXTRAPOLATION_COLUMNS + 1):
             row = [_midpoint(slope, y, first, h, 2 * j)]
             for k, above in enumerate(table, start=1):
                 weight = (y.dtype.type(j) / (j - k)) ** 2 - 1
@@ -34,12 +34,12 @@ def extrapolated(slope: Callable[[Array], Array], y: Array, duration: float, ste
 def _midpoint(
     slope: Callable[[Array], Array], y: Array, first: Array, h: np.floating, n: int
 ) -> Array:
-    """h by n steps of the midpoint rule, the first one Euler's."""
+    """y after the time h, by n steps of the midpoint rule, the first of Euler's method."""
     part = h / n
-    before, now = y, y + part * first
+    before, y_now = y, y + part * first
     for _ in range(n - 1):
-        before, now = now, before + 2 * part * slope(now)
-    return now
+        before, y_now = y_now, before + 2 * part * slope(y_now)
+    return y_now
 
 
 # Newton's and Euler's equations of several bodies, solved twice over, without galvi.
@@ -49,7 +49,7 @@ def _midpoint(
 Pull = Callable[[Array, Array], tuple[Array, Array]]
 State = tuple[Array, Array, Array]
 NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-SPAN = 0.1  # of an extrapolated step; 4e-14 of round-off where there is no extended precision
+EXTRAPOLATED_STEP = 0.1  # about this long; 4e-14 of round-off where there is no extended precision
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,9 @@ class NewtonEuler:
     ----------
     inertias, attitudes : array, shape (b, 3, 3)
     momenta : array, shape (b, 3)
-        in the bodies' frames
+        angular momenta in the bodies' frames
     extra : array, shape (k,)
-        what else moves
+        further coordinates and velocities of the motion
     pull
         (attitudes, extra) -> torques (b, 3) in the bodies' frames, extra'
 
@@ -78,19 +78,21 @@ class NewtonEuler:
     pull: Pull
 
     def by_extrapolation(self, duration: float) -> State:
-        """Gragg's and Stoer's method on the entries of R, in extended precision where there is."""
+        """Gragg's and Stoer's method on the entries of R, in extended precision if available."""
         b = len(self.inertias)
         inverse = np.linalg.inv(self.inertias).astype(np.longdouble)
 
         def slope(y: Array) -> Array:
             R, p, extra = y[: 9 * b].reshape(b, 3, 3), y[9 * b : 12 * b].reshape(b, 3), y[12 * b :]
             w = np.einsum("bij,bj->bi", inverse, p)
-            torques, moved = self.pull(R, extra)
-            turned = cross(R, w[:, None, :])  # row by row: R_i x w
-            return np.concatenate([turned.ravel(), (cross(p, w) + torques).ravel(), moved])
+            torques, extra_rate = self.pull(R, extra)
+            attitude_rate = cross(R, w[:, None, :])  # row by row: R_i x w
+            return np.concatenate(
+                [attitude_rate.ravel(), (cross(p, w) + torques).ravel(), extra_rate]
+            )
 
         start = np.concatenate([self.attitudes.ravel(), self.momenta.ravel(), self.extra])
-        steps = max(1, round(duration / SPAN))
+        steps = max(1, round(duration / EXTRAPOLATED_STEP))
         y = extrapolated(slope, start.astype(np.longdouble), duration, steps)
         return y[: 9 * b].reshape(b, 3, 3), y[9 * b : 12 * b].reshape(b, 3), y[12 * b :]
 
@@ -99,11 +101,18 @@ class NewtonEuler:
         b, inverse = len(self.inertias), np.linalg.inv(self.inertias)
 
         def slope(t: float, y: Array) -> Array:
-            turns, p, extra = y[: 4 * b].reshape(b, 4), y[4 * b : 7 * b].reshape(b, 3), y[7 * b :]
+            quaternions, p, extra = (
+                y[: 4 * b].reshape(b, 4),
+                y[4 * b : 7 * b].reshape(b, 3),
+                y[7 * b :],
+            )
             w = np.einsum("bij,bj->bi", inverse, p)
-            torques, moved = self.pull(self.attitudes @ rotation(turns), extra)
-            rates = [quaternion_slope(turn, u) for turn, u in zip(turns, w, strict=True)]
-            return np.concatenate([*rates, (cross(p, w) + torques).ravel(), moved])
+            torques, extra_rate = self.pull(self.attitudes @ rotation(quaternions), extra)
+            quaternion_rates = [
+                quaternion_slope(quaternion, u)
+                for quaternion, u in zip(quaternions, w, strict=True)
+            ]
+            return np.concatenate([*quaternion_rates, (cross(p, w) + torques).ravel(), extra_rate])
 
         unit = np.tile([1.0, 0.0, 0.0, 0.0], b)
         start = np.concatenate([unit, self.momenta.ravel(), self.extra])
@@ -125,7 +134,7 @@ class Coupled:
     Attributes
     ----------
     motion
-        (q, mu) -> that motion from q and the left-trivialised momentum mu
+        (q, mu) -> the motion from q and the left-trivialised momentum mu
     state
         (attitudes, momenta, extra) of the motion -> (q, mu)
     """
@@ -144,6 +153,6 @@ class Coupled:
         return self.flow(start.q0, start.p0, duration)[0]
 
     def end_again(self, duration: float) -> Array:
-        """The same by DOP853 on quaternions."""
+        """q at `duration` from the problem's start, by DOP853 on quaternions."""
         start = self.problem()
         return self.state(*self.motion(start.q0, start.p0).by_quaternions(duration))[0]

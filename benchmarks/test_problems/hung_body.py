@@ -1,7 +1,7 @@
 """A body hung by a spring from a point off its centre, on SE(3), by a frame off its centre.
 
 L = w . J w / 2 + m |u|^2 / 2 - k |y|^2 / 2 + m g . x_c  for q = [[R, x], [0, 1]], velocities (w, v)
-in the frame, with the centre's velocity u = v + w x CENTRE in the frame, its place
+in the frame, with the centre's velocity u = v + w x CENTRE in the frame, its position
 x_c = x + R CENTRE, and the spring, of no length at rest, from the origin to y = x + R HOOK.
 Rotation and translation are coupled in T, in V, and by the coadjoint term m u x v of the momentum,
 which is 0 where the frame's origin is the centre.
@@ -63,7 +63,7 @@ def problem() -> Problem:
 
 
 def pull(R: Array, extra: Array) -> tuple[Array, Array]:
-    """Torque about the centre (1, 3) in the body's frame; (u, force / m) of extra = (place, u)."""
+    """Torque about the centre (1, 3) in the body's frame; (u, force / m) for extra = (x, u)."""
     arm = HOOK - CENTRE
     force = -SPRING * (extra[:3] + R[0] @ arm)
     return cross(arm, force @ R[0])[None], np.concatenate([extra[3:], force / MASS + G])
@@ -78,7 +78,7 @@ def motion(q: Array, mu: Array) -> NewtonEuler:
 
 
 def state(R: Array, turning: Array, extra: Array) -> tuple[Array, Array]:
-    """(q, mu) of attitudes (1, 3, 3), angular momenta (1, 3) and (place, velocity) (6,)."""
+    """(q, mu) of attitudes (1, 3, 3), angular momenta (1, 3) and (position, velocity) (6,)."""
     q, momentum = np.eye(4), MASS * (extra[3:] @ R[0])
     q[:3, :3], q[:3, 3] = R[0], extra[:3] - R[0] @ CENTRE
     return q, np.concatenate([turning[0] + cross(CENTRE, momentum), momentum]).astype(float)

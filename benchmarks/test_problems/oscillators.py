@@ -23,12 +23,12 @@ from galvi.arrays import Array
 # The s-th derivative is like |x|^(2 - s - b) and in L^2 as long as s < 5/2 - b: s = 2 for b from
 # -1/2 (excluded) to 1/2, s = 3 from -3/2 to -1/2.
 
-TERMS = 12  # |x| <= 1: the next is below 1e-25
+SERIES_TERMS = 12  # |x| <= 1: the next is below 1e-25
 
 
 @dataclass(frozen=True)
 class SingularDrive:
-    """singularity  t*;  b  the exponent;  spring  whether k is 1."""
+    """A driven point; `singularity` is t*, `b` the exponent, and k is 1 where `spring`, else 0."""
 
     singularity: float
     b: float
@@ -42,7 +42,7 @@ class SingularDrive:
     @property
     def powers(self) -> Array:
         """2 j + 1 - b, (terms,): one without a spring."""
-        return np.asarray(2.0 * np.arange(TERMS if self.spring else 1) + 1.0 - self.b)
+        return np.asarray(2.0 * np.arange(SERIES_TERMS if self.spring else 1) + 1.0 - self.b)
 
     @property
     def coefficients(self) -> Array:
@@ -82,10 +82,20 @@ TURNING = math.sqrt(FREQUENCY**2 - GROWTH**2 / 4.0)  # W
 
 @dataclass(frozen=True, eq=False)
 class TimedOscillator:
-    """mass, slope  mu of t, and V' of (t, u), of their shape
-    motion       t -> (u, u')
-    system       for galvi
-    where        in words
+    """An oscillator whose mass or potential depends on time.
+
+    Attributes
+    ----------
+    mass
+        mu of t, of t's shape
+    slope
+        V' of (t, u), of their shape
+    motion
+        t -> exact (u, u')
+    system
+        the system for galvi
+    where
+        the formulas in words
     """
 
     name: str
@@ -144,7 +154,7 @@ DRIVEN = TimedOscillator(
 TIMED = (GROWING_MASS, DRIVEN)
 
 
-SAMPLES = 200  # of curves in the region
+REGION_SAMPLES = 200  # of curves in the region
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,13 +164,14 @@ class NonlinearOscillator:
     Attributes
     ----------
     slope
-        V', and its derivative `curvature`, of any shape
+        V', a function of arrays of any shape; `curvature` is its derivative
     radius
-        of the interval |q| <= radius where V' is Lipschitz continuous; inf for the line
+        half the length of the interval |q| <= radius where V' is Lipschitz continuous; inf for the
+        line
     lipschitz
-        K, the largest |V''| there
+        K, the largest |V''| on the interval
     where
-        that interval and K in words
+        the interval and K in words
     """
 
     name: str
@@ -171,10 +182,10 @@ class NonlinearOscillator:
     lipschitz: float
     where: str
 
-    def places(self, size: int) -> Array:
-        """Places in the interval, (samples, size): random ones, and those where |V''| is K."""
+    def sample_positions(self, size: int) -> Array:
+        """Positions in the interval, (samples, size): random ones, and one where |V''| is K."""
         reach = min(self.radius, math.pi)
-        positions = np.random.default_rng(0).uniform(-reach, reach, (SAMPLES, size))
+        positions = np.random.default_rng(0).uniform(-reach, reach, (REGION_SAMPLES, size))
         steepest = 0.0 if math.isinf(self.radius) else self.radius
         return np.vstack([positions, np.full((1, size), steepest)])
 

@@ -1,4 +1,4 @@
-"""Systems of bodies: any number of planets, a light body first."""
+"""Problems of point masses: any number of planets, and two bodies, the light one first."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 import galvi
 from galvi import NBody, Problem
 
-SPACING = 1.1  # of neighbouring orbits: 11 mutual Hill radii of the heaviest, so none come close
-LIGHTER = 1e-3  # factor on the masses of Jupiter, Saturn, Uranus, Neptune, used cyclically
-ROUND = 0.02  # eccentricity and inclination, in radians
+AXIS_RATIO = (
+    1.1  # of neighbouring orbits: 11 mutual Hill radii of the heaviest, so that none come close
+)
+MASS_FACTOR = 1e-3  # factor on the masses of Jupiter, Saturn, Uranus, Neptune, used cyclically
+ECCENTRICITY = 0.02  # also the inclination in radians
 SEED = 1986
 
 
@@ -21,7 +23,7 @@ def many_planets(bodies: int, massive: int | None = None) -> Problem:
     Parameters
     ----------
     massive
-        the number of bodies that have a mass, the outer ones have none; None: all
+        number of bodies with mass, the Sun included; outer ones are massless. None: all have mass
 
     Notes
     -----
@@ -34,8 +36,8 @@ def many_planets(bodies: int, massive: int | None = None) -> Problem:
     sun, *heavy = giants.system.masses[:5]  # type: ignore[attr-defined]
     gap = giants.q0[1] - giants.q0[0]
     numbers = np.arange(bodies - 1)
-    masses = LIGHTER * np.array(heavy)[numbers % len(heavy)]
-    axes = float(np.linalg.norm(gap)) * SPACING**numbers
+    masses = MASS_FACTOR * np.array(heavy)[numbers % len(heavy)]
+    axes = float(np.linalg.norm(gap)) * AXIS_RATIO**numbers
     angles = np.stack(
         [np.random.default_rng([SEED, int(k)]).uniform(0.0, math.tau, 3) for k in numbers]
     )
@@ -50,7 +52,7 @@ def many_planets(bodies: int, massive: int | None = None) -> Problem:
 
 
 def innermost_period(problem: Problem) -> float:
-    """The period of the first planet about the Sun, with the axis given by `many_planets`."""
+    """The period of the innermost planet of `many_planets` about the Sun, without its mass."""
     giants = galvi.problems.outer_solar_system()
     axis = float(np.linalg.norm(giants.q0[1] - giants.q0[0]))
     sun = float(problem.system.masses[0])  # type: ignore[attr-defined]
@@ -58,15 +60,16 @@ def innermost_period(problem: Problem) -> float:
 
 
 def _orbit(axis: float, gm: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Position and velocity at pericentre for the angles (longitude, node, argument)."""
-    node, argument, turn = angles
-    across = np.array([math.cos(argument + turn), math.sin(argument + turn), 0.0])
+    """Position and velocity at pericentre; angles are the node and two whose sum is the argument of
+    pericentre."""
+    node, argument, angle = angles
+    across = np.array([math.cos(argument + angle), math.sin(argument + angle), 0.0])
     along = np.array([-across[1], across[0], 0.0])
     tilt = np.array(
         [
             [1.0, 0.0, 0.0],
-            [0.0, math.cos(ROUND), -math.sin(ROUND)],
-            [0.0, math.sin(ROUND), math.cos(ROUND)],
+            [0.0, math.cos(ECCENTRICITY), -math.sin(ECCENTRICITY)],
+            [0.0, math.sin(ECCENTRICITY), math.cos(ECCENTRICITY)],
         ]
     )
     swing = np.array(
@@ -76,9 +79,9 @@ def _orbit(axis: float, gm: float, angles: np.ndarray) -> tuple[np.ndarray, np.n
             [0.0, 0.0, 1.0],
         ]
     )
-    turned = swing @ tilt
-    speed = math.sqrt(gm / axis * (1.0 + ROUND) / (1.0 - ROUND))
-    return axis * (1.0 - ROUND) * turned @ across, speed * turned @ along
+    orientation = swing @ tilt
+    speed = math.sqrt(gm / axis * (1.0 + ECCENTRICITY) / (1.0 - ECCENTRICITY))
+    return axis * (1.0 - ECCENTRICITY) * orientation @ across, speed * orientation @ along
 
 
 PAIR = galvi.Problem(

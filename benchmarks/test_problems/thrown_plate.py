@@ -46,14 +46,14 @@ def slopes(q: Array, v: Array) -> Array:
 
 
 def problem() -> Problem:
-    """From the frame at I."""
+    """The thrown plate, its frame at I."""
     start = np.concatenate([[TURNING], SPEED - TURNING * ASIDE])
     system = galvi.Lagrangian(lagrangian, galvi.SE2(), slopes)
     return Problem(system, np.eye(3), start, name="thrown plate on SE(2)")
 
 
 def end(duration: float) -> Array:
-    """q at `duration`, (3, 3)."""
+    """The exact q at `duration`, (3, 3)."""
     c, s = np.cos(TURNING * duration), np.sin(TURNING * duration)
     q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     q[:2, 2] = CENTRE + duration * SPEED + 0.5 * duration**2 * G - q[:2, :2] @ CENTRE

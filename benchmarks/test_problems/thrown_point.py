@@ -64,8 +64,8 @@ def problem() -> Problem:
 
 def end(duration: float) -> Array:
     """q at `duration`, (12,)."""
-    turned, centre = falling(duration)
-    return GROUP.join(turned, centre + turned @ POINT)
+    attitude, centre = falling(duration)
+    return GROUP.join(attitude, centre + attitude @ POINT)
 
 
 def problem_by_centre() -> Problem:
@@ -84,5 +84,5 @@ def end_by_centre(duration: float) -> Array:
 def falling(duration: float) -> tuple[Array, Array]:
     """Attitude (3, 3) and centre (3,) at `duration`."""
     free = Problem(RigidBody(INERTIA), np.eye(3), np.array(TURNING))
-    turned = FREE_TOP.run(free, duration, {"samples": 1}).q[-1]
-    return turned, np.array(SPEED) * duration + 0.5 * G * duration**2
+    attitude = FREE_TOP.run(free, duration, {"samples": 1}).q[-1]
+    return attitude, np.array(SPEED) * duration + 0.5 * G * duration**2

@@ -16,30 +16,30 @@ from benchmarks.store.provenance import commit, versions
 
 TIMER = time.process_time
 ROUND_SECONDS = 0.01  # least seconds of a round
-BUDGET = 0.5  # seconds per benchmark, without first calls
+BENCHMARK_SECONDS = 0.5  # seconds per benchmark, without first calls
 ROUNDS, FEWEST_ROUNDS = 9, 3
 
 
 def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
-    """Time a call that is warm, and store the seconds of its first, compiling call.
+    """Time a call after two first ones, and store the seconds of the first, which compiles.
 
-    Returns what the call returns.
+    Returns the value of the call.
     """
-    clock = time.perf_counter()
+    start = time.perf_counter()
     call()
-    first = time.perf_counter() - clock
-    clock = time.perf_counter()  # under `ulimit -t` the other stands still for milliseconds
+    first = time.perf_counter() - start
+    start = time.perf_counter()  # under `ulimit -t` processor time stands still for milliseconds
     call()
-    seconds = max(time.perf_counter() - clock, 1e-6)
+    seconds = max(time.perf_counter() - start, 1e-6)
     repeats = max(1, math.ceil(ROUND_SECONDS / seconds))
-    rounds = min(ROUNDS, max(FEWEST_ROUNDS, int(BUDGET / (repeats * seconds))))
+    rounds = min(ROUNDS, max(FEWEST_ROUNDS, int(BENCHMARK_SECONDS / (repeats * seconds))))
     returned = timed_warm(benchmark, call, rounds, repeats)
     benchmark.extra_info.update(first_call=first)
     return returned
 
 
 def timed_warm(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
-    """Time a warm call, with the yardstick before and after; returns what the call returns."""
+    """Time a warm call, with the yardstick before and after; returns the value of the call."""
     before = calibration.yardstick(3)
     returned = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
     seconds = statistics.median(before + calibration.yardstick(3))

@@ -1,4 +1,4 @@
-"""A run to be timed, as plain data, so that a process with another revision can build it too."""
+"""A run to be timed, as plain data, so that a process with another revision can run it too."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 STEP, TRAJECTORY, ROUND_OFF, LONG = "step", "trajectory", "round-off", "long"
 UNTIMED = (ROUND_OFF, LONG)
-DISCRETE, ROUNDED = 0.01, 3.0  # tolerances for an error, see Case
+DISCRETISATION_TOLERANCE, ROUNDING_TOLERANCE = 0.01, 3.0  # tolerances for an error, see Case
 LEAST_ERROR = 1e-13  # of a motion of size 1; smaller errors are rounding
 
 
@@ -25,7 +25,7 @@ class Thresholds:
     """
 
     slower: float = 0.10
-    less_accurate: float = DISCRETE
+    less_accurate: float = DISCRETISATION_TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class Case:
         STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding dominates the
         error, given as RMS over several starts; LONG: one run of many steps, whose end is compared
         and whose time is not
-    problem
-        name in galvi.problems, called with the arguments
+    problem, arguments
+        name of a function in galvi.problems, and its arguments
     degree
-        of the polynomials
-    points
-        of the rule, the name of a function of galvi
+        degree of the polynomials
+    points, rule
+        number of points of the rule, and the name of the function of galvi that makes it
     chart
         name of a chart class of galvi, on groups or a frame, "" for the default
     step, steps
@@ -53,7 +53,7 @@ class Case:
     truth
         name of a reference; "" if there is none
     truth_tolerance
-        its tolerance, 0.0 for its default
+        tolerance of the reference; 0.0 for its default
     starts
         number of runs, from configurations that differ by about 1e-3
     quick
@@ -88,7 +88,7 @@ class Case:
     starts: int = 1
     quick: bool = False
     truth_tolerance: float = 0.0
-    error_tolerance: float = DISCRETE
+    error_tolerance: float = DISCRETISATION_TOLERANCE
     rounding: float = LEAST_ERROR
     count_tolerance: float = 0.0
     slower: float = Thresholds.slower
@@ -97,5 +97,5 @@ class Case:
     setting: Mapping[str, Any] = field(default_factory=dict)
 
     def tolerated(self, error: float) -> float:
-        """The largest error that is no worse than this one."""
+        """The largest error that does not count as worse than `error`."""
         return error * (1.0 + self.error_tolerance) + self.rounding

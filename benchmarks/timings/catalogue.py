@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.timings.case import ROUND_OFF, ROUNDED, STEP, TRAJECTORY, Case
+from benchmarks.timings.case import ROUND_OFF, ROUNDING_TOLERANCE, STEP, TRAJECTORY, Case
 
 KEPLER, PENDULUM = "Kepler, closed form", "pendulum, closed form"
 OSCILLATOR, STORED, IAS15 = "oscillator, closed form", "stored truth", "REBOUND IAS15"
@@ -64,7 +64,7 @@ STEPS = (
 
 TRAJECTORIES = (
     Case("oscillator, as in H", TRAJECTORY, "harmonic_oscillator", 23, 48, 20.0, 200, OSCILLATOR,
-         error_tolerance=ROUNDED),
+         error_tolerance=ROUNDING_TOLERANCE),
     Case("Kepler, as in H", TRAJECTORY, "kepler", 31, 64, 2.0, 400, KEPLER),
     Case("Kepler, degree 8", TRAJECTORY, "kepler", 8, 8, math.tau / 24.5, 4900, KEPLER,
          quick=True),
@@ -81,7 +81,7 @@ TRAJECTORIES = (
     Case("solar system in the Kepler frame, 16 stages", TRAJECTORY, "solar_system", 16, 16, 60.0,
          1000, IAS15, chart="KeplerFrame"),
     Case("outer planets in the Kepler frame, 8 stages", TRAJECTORY, "outer_solar_system", 8, 8,
-         487.0, 7500, STORED, chart="KeplerFrame", quick=True, error_tolerance=ROUNDED),
+         487.0, 7500, STORED, chart="KeplerFrame", quick=True, error_tolerance=ROUNDING_TOLERANCE),
     Case("FPUT chain in the harmonic frame", TRAJECTORY, "fermi_pasta_ulam_tsingou", 6, 6, 2.0, 10,
          STORED_LAW, chart="HarmonicFrame"),
     Case("outer planets, degree 12", TRAJECTORY, "outer_solar_system", 12, 12, 974.0, 3750,
@@ -98,9 +98,9 @@ TRAJECTORIES = (
     Case("free body, n points for n functions", TRAJECTORY, "free_rigid_body", 6, 7, 0.5, 400,
          TOP, quick=True),
     Case("free body, exponential chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000, TOP,
-         chart="Exponential", error_tolerance=ROUNDED),
+         chart="Exponential", error_tolerance=ROUNDING_TOLERANCE),
     Case("free body, modified Rodrigues chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000,
-         TOP, chart="ModifiedRodrigues", error_tolerance=ROUNDED),
+         TOP, chart="ModifiedRodrigues", error_tolerance=ROUNDING_TOLERANCE),
     Case("free box, degree 6", TRAJECTORY, "free_box", 6, 6, 0.2, 20_000, TOP),
     Case("3D pendulum, degree 4", TRAJECTORY, "pendulum_3d", 4, 4, 0.01, 2000, STORED_BODY,
          quick=True),
@@ -137,9 +137,9 @@ ROUNDING = (
     Case("Kepler, rounding", ROUND_OFF, "kepler", 6, 6, math.tau / 200.0, 6000, KEPLER,
          arguments=NEAR_CIRCLE, starts=16, quick=True, error_tolerance=1.0, rounding=1e-14),
     Case("outer planets, rounding", ROUND_OFF, "outer_solar_system", 6, 6, 36.525, 10_000, STORED,
-         quick=True, error_tolerance=ROUNDED, rounding=1e-14),
+         quick=True, error_tolerance=ROUNDING_TOLERANCE, rounding=1e-14),
     Case("free body, rounding", ROUND_OFF, "free_rigid_body", 8, 8, 0.05, 20_000, TOP, quick=True,
-         error_tolerance=ROUNDED),
+         error_tolerance=ROUNDING_TOLERANCE),
 )  # fmt: skip
 
 CASES: tuple[Case, ...] = (*STEPS, *TRAJECTORIES, *ROUNDING)

@@ -12,15 +12,15 @@ import numpy as np
 import galvi
 from references.rebound import extras
 
-STEP, MOMENT = 200.0, 0.01  # days, and seconds of the arm
+STEP, ARM_STEP = 200.0, 0.01  # days, and seconds of the arm
 OTHER_COORDINATES: Mapping[str, tuple[float, dict[str, Any]]] = {
     "Kepler frame": (400.0, {"chart": galvi.KeplerFrame()}),  # days
     "clock": (0.4, {"clock": galvi.DynamicalTime()}),
 }
 STEPS, ARM_STEPS, SLOW_STEPS = 10_000, 200, 20
-SPEED = 173.14463  # of light, au / day
+LIGHT_SPEED = 173.14463  # of light, au / day
 NONE = "none"
-Call = tuple[Callable[[], Any], int]  # and its steps
+Call = tuple[Callable[[], Any], int]  # a call and its number of steps
 JOINT = '<joint name="{0}" type="hinge" axis="0 1 0" damping="0.2" armature="0.05"/>'
 LINK = '<geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.04" mass="{1}" contype="0"/>'
 ARM = (
@@ -38,30 +38,30 @@ ACTUATORS = {
 }
 
 
-def of_position() -> dict[str, Any]:
+def position_forces() -> dict[str, Any]:
     """Forces of positions, which SIMD kernels add to the gravity of the outer planets."""
     return {
         NONE: (),
         "J2": galvi.Oblateness(0, 2e-7, 4.65e-3),
-        "potential": galvi.Relativity(SPEED, form="potential"),
+        "potential": galvi.Relativity(LIGHT_SPEED, form="potential"),
         "power law": galvi.PowerLaw(0, 1e-12, -2.5),
     }
 
 
-def of_velocity() -> dict[str, Any]:
+def velocity_forces() -> dict[str, Any]:
     """Forces of velocities on the outer planets: built-in ones and a user's function."""
-    few, masses = [0.0, *[1e-12] * 5], forced(()).system.masses[:, None]
+    coefficients, masses = [0.0, *[1e-12] * 5], outer_planets(()).system.masses[:, None]
     return {
-        "one source": galvi.Relativity(SPEED),
-        "EIH": galvi.Relativity(SPEED, form="EIH"),
-        "radiation": galvi.Radiation(few, SPEED),
-        "drag": galvi.Drag(few),
+        "one source": galvi.Relativity(LIGHT_SPEED),
+        "EIH": galvi.Relativity(LIGHT_SPEED, form="EIH"),
+        "radiation": galvi.Radiation(coefficients, LIGHT_SPEED),
+        "drag": galvi.Drag(coefficients),
         "tides": galvi.Tides(0, 0.03, 4.65e-3, 1e-3),
         "a function": galvi.Force(lambda q, v: -1e-12 * masses * v, takes_velocity=True),
     }
 
 
-def forced(forces: Any) -> galvi.Problem:
+def outer_planets(forces: Any) -> galvi.Problem:
     """The outer planets with these forces."""
     outer: Any = galvi.problems.outer_solar_system()
     system = galvi.NBody(outer.system.masses, outer.system.G, forces)
@@ -74,8 +74,10 @@ def arm(actuators: str) -> galvi.Problem:
     return galvi.from_mujoco(ARM.format(actuators), ctrl=[0.3] * count)
 
 
-def _run(problem: galvi.Problem, step: float, steps: int, degree: int = 8, **where: Any) -> Any:
-    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), **where)
+def _run(
+    problem: galvi.Problem, step: float, steps: int, degree: int = 8, **method_options: Any
+) -> Any:
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), **method_options)
     return galvi.integrate(problem, method, step, steps, save_every=steps)
 
 
@@ -83,37 +85,42 @@ def _whfast(steps: int, *force: Any) -> Any:
     """States by WHFast, without its warning about forces of velocities."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        return extras.states(forced(()), "whfast", STEP, np.array([0.0, STEP * steps]), *force)
+        return extras.states(
+            outer_planets(()), "whfast", STEP, np.array([0.0, STEP * steps]), *force
+        )
 
 
 def calls() -> Mapping[str, Mapping[str, Call]]:
-    """group -> name -> (call of the run, number of steps)."""
+    """The calls of the runs and their numbers of steps, by group and by name."""
     galvi_calls: dict[str, Call] = {
-        name: (partial(_run, forced(force), STEP, STEPS), STEPS)
-        for name, force in {**of_position(), **of_velocity()}.items()
+        name: (partial(_run, outer_planets(force), STEP, STEPS), STEPS)
+        for name, force in {**position_forces(), **velocity_forces()}.items()
     }
     groups: dict[str, dict[str, Call]] = {"galvi, outer planets": galvi_calls}
-    for label, (step, where) in OTHER_COORDINATES.items():
+    for label, (step, method_options) in OTHER_COORDINATES.items():
         groups[f"galvi, {label}"] = {
-            name: (partial(_run, forced(force), step, STEPS, **where), STEPS)
-            for name, force in of_position().items()
+            name: (partial(_run, outer_planets(force), step, STEPS, **method_options), STEPS)
+            for name, force in position_forces().items()
         }
-    dragged = forced(of_velocity()["drag"])
-    step, where = OTHER_COORDINATES["clock"]
-    groups["galvi, clock"]["drag"] = (partial(_run, dragged, step, SLOW_STEPS, **where), SLOW_STEPS)
+    dragged = outer_planets(velocity_forces()["drag"])
+    step, method_options = OTHER_COORDINATES["clock"]
+    groups["galvi, clock"]["drag"] = (
+        partial(_run, dragged, step, SLOW_STEPS, **method_options),
+        SLOW_STEPS,
+    )
     if not extras.missing():
         rebound_forces: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),
             "J2": ("gravitational_harmonics", {}, {0: {"J2": 2e-7, "R_eq": 4.65e-3}}),
-            "potential": ("gr_potential", {"c": SPEED}, {}),
-            "one source": ("gr", {"c": SPEED}, {}),
-            "EIH": ("gr_full", {"c": SPEED}, {}),
+            "potential": ("gr_potential", {"c": LIGHT_SPEED}, {}),
+            "one source": ("gr", {"c": LIGHT_SPEED}, {}),
+            "EIH": ("gr_full", {"c": LIGHT_SPEED}, {}),
         }
         groups["REBOUND WHFast, REBOUNDx"] = {
             name: (partial(_whfast, STEPS, *force), STEPS) for name, force in rebound_forces.items()
         }
     groups["galvi, arm of three hinges"] = {
-        name: (partial(_run, arm(xml), MOMENT, ARM_STEPS, 4), ARM_STEPS)
+        name: (partial(_run, arm(xml), ARM_STEP, ARM_STEPS, 4), ARM_STEPS)
         for name, xml in ACTUATORS.items()
     }
     return groups

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.applications.brownout.cloud import BY_REYNOLDS, CONSTANT, UNTIL, Cloud
+from benchmarks.applications.brownout.cloud import CONSTANT_DRAG, END_TIME, REYNOLDS_DRAG, Cloud
 from benchmarks.timings.annotate import annotate, timed
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from references.textbook.grain_flights import landings
@@ -18,12 +18,12 @@ STEPS, GRAINS, TRACKED = 200, 2000, 50
 
 
 @pytest.mark.parametrize("diameter", [10e-6, 100e-6, 400e-6])
-@pytest.mark.parametrize("drag", [CONSTANT, BY_REYNOLDS])
+@pytest.mark.parametrize("drag", [CONSTANT_DRAG, REYNOLDS_DRAG])
 def test_a_cloud(benchmark: Any, drag: str, diameter: float) -> None:
     cloud = Cloud(diameter, drag, np.arange(GRAINS))
     run = timed(benchmark, partial(cloud.flights, METHOD, STEPS, threads=1))
-    some = Cloud(diameter, drag, np.arange(TRACKED))
-    truth = landings(some.problem, *some.starts(), UNTIL)
+    tracked_cloud = Cloud(diameter, drag, np.arange(TRACKED))
+    truth = landings(tracked_cloud.problem, *tracked_cloud.starts(), END_TIME)
     failed = int(np.sum(~run.success))
     annotate(
         benchmark,
@@ -35,6 +35,6 @@ def test_a_cloud(benchmark: Any, drag: str, diameter: float) -> None:
             "contacts": run.contacts.sum(),
         },
         status=f"{failed} grains failed." if failed else "",
-        settings={"step": UNTIL / STEPS, "threads": 1, "degree": 2},
+        settings={"step": END_TIME / STEPS, "threads": 1, "degree": 2},
         kind="ensemble",
     )

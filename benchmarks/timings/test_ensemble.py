@@ -36,8 +36,8 @@ CASES: dict[str, tuple[galvi.Problem, float, int, int]] = {
 @pytest.mark.parametrize("case", CASES)
 def test_an_ensemble(benchmark: Any, case: str) -> None:
     problem, step, steps, members = CASES[case]
-    off = 1e-6 * np.random.default_rng(1).standard_normal((members, *problem.q0.shape))
-    starts = [problem.with_initial_state(problem.q0 * (1.0 + x), problem.v0) for x in off]
+    shifts = 1e-6 * np.random.default_rng(1).standard_normal((members, *problem.q0.shape))
+    starts = [problem.with_initial_state(problem.q0 * (1.0 + x), problem.v0) for x in shifts]
 
     def run(threads: int) -> tuple[galvi.Trajectory, ...]:
         return galvi.integrate_many(starts, METHOD, step, steps, save_every=steps, threads=threads)

@@ -19,14 +19,14 @@ from galvi.arrays import Array
 from references.rebound import simulation as rebound_simulation
 from references.rebound import transits as by_bisection
 
-YEAR = 2.0 * math.pi  # with G = 1, au and solar masses
-SECOND = YEAR / 365.25 / 86400.0
+TIME_UNITS_PER_YEAR = 2.0 * math.pi  # with G = 1, au and solar masses
+SECOND = TIME_UNITS_PER_YEAR / 365.25 / 86400.0
 YEARS = 20.0
 PERIODS = (0.5, 1.04, 2.13)  # years
 MASSES = (2e-5, 6e-5, 3e-5)
 PLANETS, STAR = (1, 2, 3), 0
 STEPS_A_REVOLUTION = 10.0
-OUTPUT_INTERVAL = 0.05 * YEAR  # between outputs of IAS15
+OUTPUT_INTERVAL = 0.05 * TIME_UNITS_PER_YEAR  # between outputs of IAS15
 METHOD = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 TRANSITS = [galvi.events.transit(planet, STAR, (1.0, 0.0, 0.0)) for planet in PLANETS]
 
@@ -53,7 +53,7 @@ def three_planets() -> Problem:
 
 def by_events(duration: float) -> list[Array]:
     """Mid-transit times of each planet, by galvi's events."""
-    steps = math.ceil(duration / (PERIODS[0] * YEAR / STEPS_A_REVOLUTION))
+    steps = math.ceil(duration / (PERIODS[0] * TIME_UNITS_PER_YEAR / STEPS_A_REVOLUTION))
     run = galvi.integrate(three_planets(), METHOD, duration / steps, steps)
     transits = galvi.find_events(run, TRANSITS)
     return [transits.t[transits.index == k] for k in range(len(PLANETS))]
@@ -64,7 +64,7 @@ def with_ias15(duration: float) -> list[Array]:
     return by_bisection.transits(three_planets(), PLANETS, STAR, duration, OUTPUT_INTERVAL, SECOND)
 
 
-WAYS: dict[str, tuple[str, Callable[[float], list[Array]], Callable[[], str]]] = {
+TRANSIT_SEARCHES: dict[str, tuple[str, Callable[[float], list[Array]], Callable[[], str]]] = {
     galvi_label(8): (f"events, {STEPS_A_REVOLUTION:g} steps a revolution", by_events, str),
     "REBOUND IAS15": ("bisection", with_ias15, rebound_simulation.missing),
 }
@@ -72,12 +72,12 @@ WAYS: dict[str, tuple[str, Callable[[float], list[Array]], Callable[[], str]]] =
 
 @pytest.mark.quick
 @pytest.mark.benchmark(timer=TIMER)
-@pytest.mark.parametrize("name", WAYS)
+@pytest.mark.parametrize("name", TRANSIT_SEARCHES)
 def test_transits(benchmark: Any, name: str) -> None:
-    settings, times, missing = WAYS[name]
+    settings, times, missing = TRANSIT_SEARCHES[name]
     if missing():
         pytest.skip(missing())
-    transits = timed(benchmark, lambda: times(YEARS * YEAR))
+    transits = timed(benchmark, lambda: times(YEARS * TIME_UNITS_PER_YEAR))
     counts = {"transits": sum(map(len, transits))}
     assert counts["transits"] == 69
     annotate(

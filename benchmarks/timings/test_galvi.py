@@ -22,19 +22,19 @@ MARKED = [
 @pytest.mark.benchmark(timer=TIMER)
 @pytest.mark.parametrize("case", MARKED)
 def test_a_run_of_galvi(benchmark: Any, case: Case) -> None:
-    reached = described(timed(benchmark, prepared(asdict(case))))
+    description = described(timed(benchmark, prepared(asdict(case))))
     try:
-        error = error_of(reached["ends"], true_ends(case))
+        error = error_of(description["ends"], true_ends(case))
     except Unknown:
         error = None
-    assert reached["success"], reached["status"]
+    assert description["success"], description["status"]
     settings = {k: v for k, v in asdict(case).items() if k not in ("name", "kind", "quick")}
     annotate(
         benchmark,
         problem=case.problem,
         error=error,
-        counts=reached["counts"],
-        status=reached["status"],
+        counts=description["counts"],
+        status=description["status"],
         settings=settings,
         kind=case.kind,
         error_tolerance=case.error_tolerance,

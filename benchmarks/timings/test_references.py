@@ -63,15 +63,15 @@ def setting_of(contender: Contender, problem: galvi.Problem, duration: float) ->
     Skips the test, with the reason, when neither is accepted for this duration.
     """
     settings = ({"samples": 1}, {"step": duration / STEPS, "save_every": STEPS})
-    refused = ""
+    refusal = ""
     for setting in settings:
         try:
             contender.run(problem, duration, setting)
         except ValueError as error:
-            refused = refused or str(error)
+            refusal = refusal or str(error)
         else:
             return setting
-    pytest.skip(f"{contender.name}: {refused}")
+    pytest.skip(f"{contender.name}: {refusal}")
 
 
 @pytest.mark.benchmark(timer=TIMER)

@@ -17,10 +17,13 @@ class Unknown(Exception):
 
 
 def true_ends(case: Case) -> list[np.ndarray]:
-    """Final configurations of each of a case's runs, flat, with momenta where an integrator of a
-    project is tracked, by its reference.
+    """The true final configuration of each run of a case, flat, by the reference of the case; with
+    momenta for a case with a contender.
 
-    Raises Unknown when the case names no reference, its engine is missing, or it fails.
+    Raises
+    ------
+    Unknown
+        When the case names no reference, or the reference's engine is missing or its run fails.
     """
     if not case.truth:
         raise Unknown("there is no truth but galvi's own.")
@@ -40,6 +43,7 @@ def true_ends(case: Case) -> list[np.ndarray]:
 
 
 def error_of(ends: Sequence[Sequence[float]], truth: Sequence[np.ndarray]) -> float:
-    """RMS over the starts of the largest difference of an end's number; NaN when a run failed."""
+    """RMS over the starts of the largest difference of a component at the end; NaN when a run
+    failed."""
     largest = np.max(np.abs(np.subtract(ends, truth)), axis=1)
     return float(np.sqrt(np.mean(np.square(largest))))

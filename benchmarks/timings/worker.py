@@ -1,15 +1,14 @@
 """A program that runs and times cases with the galvi on its path, on request.
 
-It is self-contained: it imports nothing of the suite and only galvi's public interface, so that it
-works with any revision. It receives the descriptor of one end of a pipe and stays alive, so that
-start-up and compilation are outside every sample. Requests and answers are dictionaries of plain
-values:
+It imports nothing of the suite and only galvi's public interface, so that it works with any
+revision. It receives the descriptor of one end of a pipe and stays alive, so that start-up and
+compilation are outside every sample. Requests and answers are JSON:
 
 {"do": "run", "case"}                          the end states, counts, status, seconds of the
                                                first call, numbers that identify the problem, the
                                                file of galvi or of the integrator, the memory of
-                                               the process afterwards, and how much more it had at
-                                               most meanwhile, in bytes
+                                               the process afterwards, and by how much its peak
+                                               exceeded the memory before, in bytes
 {"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
 any                                            "raised": the exception, when there was one
 """
@@ -26,21 +25,21 @@ from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
-SPREAD = 1e-3  # difference between the starts of a case
+START_DIFFERENCE = 1e-3  # difference between the starts of a case
 UNTIMED = ("round-off", "long")  # kinds of cases
 TIME_TOLERANCE = 1e-9  # tolerance of the last time, relative to the duration
-ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
+PROBE_TIME = 0.1  # functions of a problem are evaluated this far along the velocity from the start
 
 
 def problem_of(case: Mapping[str, Any]) -> Any:
-    """The case's problem, from the imported galvi."""
+    """The case's problem, by the imported galvi."""
     import galvi
 
     return getattr(galvi.problems, case["problem"])(**case["arguments"])
 
 
 def method_of(case: Mapping[str, Any]) -> Any:
-    """The case's method, of the imported galvi."""
+    """The case's method, by the imported galvi."""
     import galvi
 
     charts = (getattr(galvi, case["chart"])(),) if case["chart"] else ()
@@ -74,13 +73,13 @@ def contender_of(case: Mapping[str, Any]) -> Any:
 
 
 def check_end(run: Any, start: float, duration: float) -> None:
-    """Raise ValueError where a run succeeded and does not end so long after its start."""
+    """Raise ValueError where a run succeeded and does not end at start + duration."""
     end = start + duration
     if run.success and not abs(run.t[-1] - end) <= TIME_TOLERANCE * abs(duration):
         raise ValueError(f"its last time must be {end:g}; received {run.t[-1]:g}")
 
 
-def offered(case: Mapping[str, Any]) -> Any:
+def finest_offered(case: Mapping[str, Any]) -> Any:
     """The finest setting that the case's integrator offers, as text; "" where it offers none."""
     if not case.get("contender") or not hasattr(contender := contender_of(case), "settings"):
         return ""
@@ -93,14 +92,14 @@ def starts(problem: Any, count: int) -> list[Any]:
     if count == 1:
         return [problem]
     return [
-        problem.with_initial_state(problem.q0 * (1.0 + SPREAD * k), problem.v0)
+        problem.with_initial_state(problem.q0 * (1.0 + START_DIFFERENCE * k), problem.v0)
         for k in range(count)
     ]
 
 
 def described(runs: list[Any], momenta: bool = False) -> dict[str, Any]:
-    """Flat final configurations of the runs, with momenta if requested, summed counts, and the
-    first failure."""
+    """Flat final configurations of the runs, with momenta if requested, summed counts, and success
+    and status: those of the first failed run, if one failed."""
     failed = [run for run in runs if not run.success]
     counts: dict[str, int] = {}
     for run in runs:
@@ -114,23 +113,23 @@ def described(runs: list[Any], momenta: bool = False) -> dict[str, Any]:
     }
 
 
-def probed(problem: Any) -> dict[str, list[float]]:
-    """A problem's start, and values of its functions near it, to recognise different problems.
+def problem_values(problem: Any) -> dict[str, list[float]]:
+    """A problem's start, and values of its functions near it, to tell whether problems differ.
 
     A function that its system lacks, or that takes other arguments, is omitted.
     """
     q, v, t = problem.q0, problem.v0, getattr(problem, "t0", 0.0)
     system = getattr(problem, "system", None)
-    aside = q + ASIDE * v if q.shape == v.shape else q
+    shifted_q = q + PROBE_TIME * v if q.shape == v.shape else q
     probes: tuple[tuple[str, tuple[Any, ...]], ...] = (
         ("momentum", (v,)),
-        ("potential_energy", (aside[None], [t])),
-        ("acceleration", (aside, t)),
-        ("torque", (aside, t)),
-        ("force", (aside, v)),
-        ("force", (aside, v, t)),
-        ("function", (aside, v)),
-        ("slopes", (aside, v)),
+        ("potential_energy", (shifted_q[None], [t])),
+        ("acceleration", (shifted_q, t)),
+        ("torque", (shifted_q, t)),
+        ("force", (shifted_q, v)),
+        ("force", (shifted_q, v, t)),
+        ("function", (shifted_q, v)),
+        ("slopes", (shifted_q, v)),
     )
     numbers = {"start": [float(t), *_flat(q), *_flat(v)]}
     for name, arguments in probes:
@@ -148,10 +147,10 @@ def _flat(value: Any) -> list[float]:
 
 
 def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str, float]:
-    """Seconds of one call, the mean over the repeats, in the fastest of `attempts`: processor time
-    ("processor") and wall time ("wall").
+    """The mean seconds of a call over the repeats, in the fastest of `attempts`.
 
-    Other load on the machine only adds to them. The garbage collector is off meanwhile.
+    Returns processor time ("processor") and wall time ("wall"). The fastest counts, since other
+    load only adds to a time. The garbage collector is off during the calls.
     """
     best = {"processor": math.inf, "wall": math.inf}
     gc.disable()
@@ -169,41 +168,42 @@ def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str
 
 
 def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
-    """Make the first call of a case, and store the call in `calls`."""
+    """Make the first call of a case, store the call in `calls`, and return the answer."""
     start = time.perf_counter()
-    call, before = prepared(case), peak(anew=True)
+    call, before = prepared(case), peak(from_now=True)
     runs = call()
-    first = time.perf_counter() - start
-    need = peak() - before
+    first_seconds = time.perf_counter() - start
+    added_peak = peak() - before
     problem = problem_of(case)
     if case.get("contender"):
         for trajectory in runs:
             check_end(trajectory, problem.t0, case["step"] * case["steps"])
     calls[case["name"]] = call
     # under `ulimit -t` the clock of processor time stands still for milliseconds
-    warm = math.nan if case["kind"] in UNTIMED else sample(call, 1)["wall"]
-    times = {"first_call": first, "warm": warm}
+    warm_seconds = math.nan if case["kind"] in UNTIMED else sample(call, 1)["wall"]
+    times = {"first_call": first_seconds, "warm": warm_seconds}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
-    origin = {"code": module.__file__, "problem": probed(problem)}
-    description = described(runs, bool(case.get("contender"))) | {"offered": offered(case)}
-    return description | times | origin | {"need": need, "memory": memory()}
+    origin = {"code": module.__file__, "problem": problem_values(problem)}
+    description = described(runs, bool(case.get("contender"))) | {"offered": finest_offered(case)}
+    return description | times | origin | {"need": added_peak, "memory": memory()}
 
 
 def memory() -> float:
-    """The memory of this process in bytes; NaN where the system does not say."""
+    """The memory of this process in bytes; NaN where the system does not report it."""
     gc.collect()
     return _status("VmRSS:")
 
 
-def peak(anew: bool = False) -> float:
-    """The largest memory of this process so far, in bytes; `anew`: from now on."""
-    if anew:
+def peak(from_now: bool = False) -> float:
+    """The peak memory of this process in bytes, which is first reset where `from_now`; NaN where
+    the system does not report it."""
+    if from_now:
         gc.collect()
         try:
             with open("/proc/self/clear_refs", "w", encoding="ascii") as file:
                 file.write("5")
         except OSError:
-            pass  # it goes on from the most of all earlier runs
+            pass  # the peak stays that of all earlier runs
     return _status("VmHWM:")
 
 
@@ -226,8 +226,10 @@ def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dic
 
 
 def serve(pipe: Connection) -> None:
-    """Answer requests until the other end is closed. Both are JSON, so that no object of a tested
-    integrator gets into the process that asks."""
+    """Answer requests until the other end is closed.
+
+    Both are JSON, so that no object of a tested integrator reaches the process that asks.
+    """
     calls: dict[str, Callable[[], Any]] = {}
     while True:
         try:

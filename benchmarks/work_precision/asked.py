@@ -6,7 +6,7 @@ import pandas as pd
 
 from benchmarks.work_precision.dependable import resolution
 
-ERRORS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # from what is asked for to the limits of doubles
+ERRORS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # the last is near the limit of doubles
 
 
 def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
@@ -16,5 +16,5 @@ def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
 
 
 def code_of(contender: str) -> str:
-    """The code behind a label, without its named options; "galvi" for all its methods."""
+    """The code of a label, without its named options; "galvi" for all methods of galvi."""
     return "galvi" if contender.startswith("galvi") else contender.partition(",")[0]

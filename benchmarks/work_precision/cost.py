@@ -18,7 +18,7 @@ ROUNDS = 3
 
 
 class Case(NamedTuple):
-    """A method on a problem, with `steps` steps of size `step`, and events that are sought."""
+    """A method on a problem, with `steps` steps of size `step`, and events to search for."""
 
     problem: Problem
     method: galvi.Galerkin
@@ -28,7 +28,7 @@ class Case(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """A finished run of a case, and its time in seconds."""
+    """The run of a case, and its time in seconds."""
 
     case: Case
     run: Trajectory
@@ -46,11 +46,11 @@ class Column:
     Attributes
     ----------
     name
-        in cost.csv
+        name in cost.csv
     value
-        Cost -> value
+        function of a Cost that returns the value
     heading
-        on the page; "" for a column that is in cost.csv only
+        heading on the page; "" for a column that is in cost.csv only
     kind
         "text", "number" or "seconds"
     """
@@ -114,7 +114,7 @@ def cost_table(
     is the solver of the stage equations: fixed point, Newton, or both. Seconds are those of a whole
     run divided by its steps.
     """
-    runs, calls, warm = [], [], []
+    runs, calls, warm_seconds = [], [], []
     cases = [case for case in _cases(quick) if not only or case.problem.name in only]
     for case in cases:
         report(f"{case.problem.name}: {case.method.name}")
@@ -132,8 +132,8 @@ def cost_table(
         run, seconds = warmed(call)
         runs.append(run)
         calls.append(call)
-        warm.append(seconds)
-    timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.05, warm)
+        warm_seconds.append(seconds)
+    timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.05, warm_seconds)
     costs = [
         Cost(case, run, timing.seconds)
         for case, run, timing in zip(cases, runs, timings, strict=True)
@@ -145,7 +145,8 @@ def cost_table(
 
 
 def _cases(quick: bool) -> list[Case]:
-    """Gauss collocation at practical steps, H's methods at H's steps, clocks, events, forces."""
+    """The cases: Gauss collocation at practical steps, H's methods at H's steps, clocks, events and
+    forces."""
     oscillator, kepler = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.6)
     planets = galvi.problems.solar_system()
     springs = galvi.problems.fermi_pasta_ulam_tsingou()
@@ -154,11 +155,11 @@ def _cases(quick: bool) -> list[Case]:
         *((kepler, _gauss(s), math.tau / k, steps) for s, k in ((2, 256), (4, 64), (8, 24))),
         (kepler, _gauss(16), math.tau / 8, steps),
         *((planets, _gauss(s), h, steps) for s, h in ((4, 4.0), (8, 8.0), (16, 32.0))),
-        (oscillator, _papers(16), 20.0, 1000),
-        (oscillator, _papers(24), 20.0, 1000),
-        (kepler, _papers(8), 2.0, 1000),
-        (kepler, _papers(32), 2.0, 1000),
-        (planets, _papers(25), 100.0, 100),
+        (oscillator, _oversampled_gauss(16), 20.0, 1000),
+        (oscillator, _oversampled_gauss(24), 20.0, 1000),
+        (kepler, _oversampled_gauss(8), 2.0, 1000),
+        (kepler, _oversampled_gauss(32), 2.0, 1000),
+        (planets, _oversampled_gauss(25), 100.0, 100),
         (planets, _gauss(16, galvi.KeplerFrame()), 32.0, steps),
         (galvi.problems.outer_solar_system(), _gauss(16, galvi.KeplerFrame()), 400.0, steps),
         (springs, _gauss(8, galvi.HarmonicFrame()), 2.0, steps // 5),
@@ -169,18 +170,20 @@ def _cases(quick: bool) -> list[Case]:
 
 def _clocks_events_and_forces(steps: int) -> Iterator[Case]:
     """Steps in clocks, and the outer planets with events that do not occur, and with forces."""
-    eight, outer = _gauss(8), galvi.problems.outer_solar_system()
-    yield Case(encounters.burrau(), replace(eight, clock=galvi.DynamicalTime()), 0.4, 400)
-    yield Case(galvi.problems.kepler(0.99), replace(eight, clock=galvi.Sundman()), 0.4, steps // 10)
+    degree_8, outer = _gauss(8), galvi.problems.outer_solar_system()
+    yield Case(encounters.burrau(), replace(degree_8, clock=galvi.DynamicalTime()), 0.4, 400)
+    yield Case(
+        galvi.problems.kepler(0.99), replace(degree_8, clock=galvi.Sundman()), 0.4, steps // 10
+    )
     events = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]
     with_events = replace(outer, name=f"{outer.name}, three events")
-    yield Case(with_events, eight, 200.0, steps, events)
-    sun = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
-    for force in sun:
+    yield Case(with_events, degree_8, 200.0, steps, events)
+    sun_forces = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
+    for force in sun_forces:
         system = replace(outer.system, forces=[force])
         name = f"{outer.name}, {type(force).__name__.lower()}"
-        yield Case(replace(outer, system=system, name=name), eight, 200.0, steps)
-    yield Case(outer, eight, 200.0, steps)
+        yield Case(replace(outer, system=system, name=name), degree_8, 200.0, steps)
+    yield Case(outer, degree_8, 200.0, steps)
 
 
 def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerkin, float, int]]:
@@ -210,6 +213,6 @@ def _gauss(degree: int, *chart: Any) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), *chart)
 
 
-def _papers(n: int) -> galvi.Galerkin:
+def _oversampled_gauss(n: int) -> galvi.Galerkin:
     """H's choice: n basis functions, Gauss with 2 n points."""
     return galvi.Galerkin(galvi.Polynomials(n - 1), galvi.gauss(2 * n))

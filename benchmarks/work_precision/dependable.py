@@ -1,4 +1,4 @@
-"""Errors to rely on: not one lucky end, and not below what the truth can tell."""
+"""Errors that are neither small by chance at one end nor below the resolution of the truth."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ import math
 import numpy as np
 import pandas as pd
 
-FINENESS = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
+FINENESS_PATTERN = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first match in a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of a comparison with the `error` that counts; unchanged where they have it.
+    """The rows of a comparison with the `error` that counts; unchanged if they have `own_error`.
 
-    An error at one time may be small by chance. It counts as the larger of `own_error`, that of the
-    run, and that of the next finer setting, which differs by a smaller step (or tolerance) alone;
-    round-off that grows from there on is not held against it. None is below `resolution`:
-    `error_is_bound` where it would be.
+    An error at one time may be small by chance. The larger of `own_error`, that of the run, and of
+    the error of the next finer setting counts, which differs by a smaller step (or tolerance)
+    alone; errors of still finer settings do not count. `error` is at least the `resolution`, and
+    `error_is_bound` tells where it is that.
     """
     if "own_error" in table:
         return table
     settings = table["settings"].fillna("").astype(str)
     rows = table.assign(
-        fineness=pd.to_numeric(settings.str.extract(FINENESS)[0], errors="coerce"),
-        others=settings.str.replace(FINENESS, "", n=1, regex=True),
+        fineness=pd.to_numeric(settings.str.extract(FINENESS_PATTERN)[0], errors="coerce"),
+        others=settings.str.replace(FINENESS_PATTERN, "", n=1, regex=True),
     )
     rows = rows[rows["error"].notna() & rows["fineness"].notna()].sort_values("fineness")
-    finer = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
-    counted = np.fmax(table["error"], finer.reindex(table.index))
+    finer_error = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
+    counted = np.fmax(table["error"], finer_error.reindex(table.index))
     counted = table.assign(error=np.maximum(counted, _resolutions(table, table)))
-    return counted.assign(error_is_bound=bounds(counted, table), own_error=table["error"])
+    return counted.assign(error_is_bound=error_is_bound(counted, table), own_error=table["error"])
 
 
 def resolution(runs: pd.DataFrame) -> float:
-    """The least error that one problem's truth resolves: ten times its own error; 0 where that is
+    """The least error that a problem's truth resolves, ten times its own error; 0 where that is
     unknown."""
     truth_error = float(runs["truth_error"].max()) if "truth_error" in runs else math.nan
     return 0.0 if math.isnan(truth_error) else 10.0 * truth_error
 
 
-def bounds(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
-    """Whether each `error` of a table is a bound alone: no larger than its problem's `resolution`
-    in these runs."""
+def error_is_bound(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
+    """Whether each `error` of a table is at most the `resolution` of its problem in these runs, and
+    so a bound only."""
     return table["error"] <= _resolutions(table, runs)
 
 

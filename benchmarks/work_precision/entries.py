@@ -23,7 +23,7 @@ from benchmarks.work_precision.problem import (
 from galvi import Problem
 from references import Contender
 
-SECOND, MIDDLE = slice(1, 2), slice(1, 3)  # which settings a quick form keeps
+SECOND_VALUE, MIDDLE_VALUES = slice(1, 2), slice(1, 3)  # values that the quick form keeps
 
 
 class Entry(NamedTuple):
@@ -32,41 +32,41 @@ class Entry(NamedTuple):
     Attributes
     ----------
     values
-        whole numbers of steps, or tolerances
+        numbers of steps if all are int, otherwise tolerances
     label
-        the contender's name where empty
-    few
-        which of the values a quick form keeps, all where that leaves none
-    early
-        whether galvi's iterations are stopped early too, but in the quick form
+        label in tables; "" for the contender's name
+    quick_values
+        slice of the values that the quick form keeps; all where that is empty
+    stops_early_too
+        whether settings are added that stop galvi's iterations early, except in the quick form
     options
-        of every setting
+        options of every setting
     """
 
     contender: Contender
     values: Sequence[float]
     label: str = ""
-    few: slice = SECOND
-    early: bool = False
+    quick_values: slice = SECOND_VALUE
+    stops_early_too: bool = False
     options: Mapping[str, Any] = {}
 
     def participant(self, duration: float, quick: bool) -> Participant:
-        """The participant, with its settings from coarse to fine."""
-        values = self.values[self.few] or self.values if quick else self.values
-        steps = all(isinstance(number, int) for number in values)
+        """The contender with its settings, from coarse to fine."""
+        values = self.values[self.quick_values] or self.values if quick else self.values
+        are_steps = all(isinstance(number, int) for number in values)
         settings: list[Setting] = (
             [fixed(duration, int(number)) for number in values]
-            if steps
+            if are_steps
             else adaptive("tolerance", values)
         )
         settings = [{**setting, **self.options} for setting in settings]
-        if self.early and not quick:
+        if self.stops_early_too and not quick:
             settings = stopped_early_too(settings)
         return Participant(self.label or self.contender.name, self.contender, settings)
 
 
 def galvi_entries(counts: Mapping[int, Sequence[int]], **fields: Any) -> list[Entry]:
-    """Gauss collocation by its degree, with numbers of steps; `fields` of every Entry."""
+    """Entries of Gauss collocation from degree -> numbers of steps; `fields` are fields of each."""
     return [
         Entry(gauss_collocation(degree), steps, galvi_label(degree), **fields)
         for degree, steps in counts.items()
@@ -93,23 +93,29 @@ def compared(
     return WorkPrecisionProblem(problem, duration, participants, truth, **fields)
 
 
-def rounded(
-    reference: Contender, problem: Problem, duration: float, of: str, size: float | None = None
+def truth_to_rounding(
+    reference: Contender,
+    problem: Problem,
+    duration: float,
+    quantity: str,
+    size: float | None = None,
 ) -> Callable[[], Truth]:
-    """The truth of a reference that errs by the rounding of its numbers.
+    """A function that returns the truth of a reference whose error is the rounding of its numbers.
 
     Parameters
     ----------
     of
-        what is rounded, in words
+        the rounded numbers in words
     size
-        of the numbers; None for the largest
+        size of the numbers; None for that of the largest
     """
 
     def truth() -> Truth:
         run = reference.run(problem, duration, {"samples": 1})
         largest = float(np.max(np.abs(run.q[-1]))) if size is None else size
-        description = run.method.removesuffix(" samples=1")  # which closed forms tell
-        return Truth(run.q[-1], 0.5 * EPS * largest, f"{description}; to the rounding of the {of}")
+        description = run.method.removesuffix(" samples=1")  # closed forms name their samples
+        return Truth(
+            run.q[-1], 0.5 * EPS * largest, f"{description}; to the rounding of the {quantity}"
+        )
 
     return truth

@@ -21,7 +21,7 @@ COLUMNS = (
     *("problem", "contender", "error", "settings", "seconds", "ratio", "low", "high"),
     *("noise_low", "noise_high", "outcome", "closer"),
 )
-CLOSER = 10.0  # times as accurate as asked: what is more is said
+CLOSER_FACTOR = 10.0  # runs that are this many times as accurate as requested are marked
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:
@@ -36,15 +36,18 @@ def front(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def front_indices(rows: pd.DataFrame) -> list[Any]:
-    """Indices of the rows that no other beats in both error and time, by falling error."""
+    """Indices, by increasing time, of the rows with error and time that no other row beats in
+    both."""
     usable = rows[(rows["error"] > 0.0) & (rows["seconds"] > 0.0)]
     ordered = usable.sort_values(["seconds", "error"])["error"]
     return list(ordered.index[ordered < ordered.cummin().shift(fill_value=math.inf)])
 
 
 def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
-    """The row of least `seconds` among those that were run and reach the error; of contenders that
-    do not, that of the run that is the truth; None without either."""
+    """The row of least `seconds` among those that reach the error.
+
+    Where none does, the row of the run that is the truth; None without such a row.
+    """
     seconds, error = rows["seconds"].to_numpy(float), rows["error"].to_numpy(float)
     eligible = (seconds > 0.0) & (error > 0.0) & (error <= target)
     if not eligible.any():
@@ -62,8 +65,8 @@ def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float)
 def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     """Times at equal error: one row of COLUMNS for each problem, contender and error.
 
-    settings   of the contender's fastest run that reaches the error
-    seconds    its time
+    settings   settings of the contender's fastest run that reaches the error
+    seconds    time of this run
     ratio      this time over that of galvi's fastest (above 1: galvi is faster), the median over
                the rounds that both took part in, for galvi's own the ratio of the medians, by
                which the fastest is chosen; 'not reached' where no run of the contender
@@ -71,26 +74,26 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     low, high  the ratio's interval; NaN where the two shared too few rounds
     noise_low, noise_high  that of galvi's run against itself in these rounds
     outcome    of both intervals, see `benchmarks.statistics.paired`
-    closer     how many times as accurate as asked the loosest of its runs is that reach the error,
-               where these are more than CLOSER: a looser one might take less time
+    closer     ratio of the requested error to the largest error of its runs that reach it, where
+               that exceeds CLOSER_FACTOR: a looser setting might take less time
 
     Rows of contender 'galvi, best' hold galvi's time and, as ratio, 1. A contender whose run is the
     truth has that run's time at errors that no other run of it reaches.
     """
     rows = []
-    for problem, of_problem in table.groupby("problem", sort=False):
-        parts = {
+    for problem, problem_rows in table.groupby("problem", sort=False):
+        contender_rows = {
             str(name): part
-            for name, part in of_problem[of_problem["seconds"] > 0.0].groupby(
+            for name, part in problem_rows[problem_rows["seconds"] > 0.0].groupby(
                 "contender", sort=False
             )
             if _took_part(part)
         }
-        galvi_rows = of_problem[
-            (of_problem["seconds"] > 0.0) & of_problem["contender"].str.startswith("galvi")
+        galvi_rows = problem_rows[
+            (problem_rows["seconds"] > 0.0) & problem_rows["contender"].str.startswith("galvi")
         ]
-        for target in errors if parts else ():
-            best = {name: fastest(part, target) for name, part in parts.items()}
+        for target in errors if contender_rows else ():
+            best = {name: fastest(part, target) for name, part in contender_rows.items()}
             reached = [row for row in best.values() if row is not None]
             by_galvi = [row for row in reached if row["contender"].startswith("galvi")]
             galvi_run = min(by_galvi, key=lambda row: row["seconds"], default=None)
@@ -100,7 +103,7 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
                     "contender": name,
                     "error": target,
                     **_cell(row, galvi_run),
-                    "closer": _closer(parts.get(name, galvi_rows), target),
+                    "closer": _closer(contender_rows.get(name, galvi_rows), target),
                 }
                 for name, row in {OURS: galvi_run, **best}.items()
             ]
@@ -114,12 +117,16 @@ def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
     """
     tables = []
     for problem in table["problem"].drop_duplicates():
-        of_problem = table[table["problem"] == problem]
-        ends = front(of_problem).groupby("contender", sort=False)["error"].min().to_dict()
-        galvi_errors = [error for name, error in ends.items() if name.startswith("galvi")]
-        ends |= {OURS: min(galvi_errors)} if galvi_errors else {}
-        times = ratios(of_problem, sorted(set(ends.values())))
-        tables.append(times[times["error"] == times["contender"].map(ends)])
+        problem_rows = table[table["problem"] == problem]
+        smallest_errors = (
+            front(problem_rows).groupby("contender", sort=False)["error"].min().to_dict()
+        )
+        galvi_errors = [
+            error for name, error in smallest_errors.items() if name.startswith("galvi")
+        ]
+        smallest_errors |= {OURS: min(galvi_errors)} if galvi_errors else {}
+        times = ratios(problem_rows, sorted(set(smallest_errors.values())))
+        tables.append(times[times["error"] == times["contender"].map(smallest_errors)])
     return pd.concat(tables, ignore_index=True) if tables else ratios(table, ())
 
 
@@ -176,4 +183,4 @@ def _in_shared_rounds(row: pd.Series, name: str, galvi_run: pd.Series) -> Interv
 
 def _closer(runs: pd.DataFrame, error: float) -> float:
     loosest = runs["error"][(runs["error"] > 0.0) & (runs["error"] <= error)].max()
-    return error / loosest if error / loosest > CLOSER else math.nan
+    return error / loosest if error / loosest > CLOSER_FACTOR else math.nan

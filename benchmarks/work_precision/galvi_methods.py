@@ -14,7 +14,7 @@ from galvi import Problem, Trajectory
 from references.contender import require, steps_of_run
 from references.setting import check_keys, sample_times
 
-LARGEST = 2**62  # of save_every: the last state alone is kept
+SAVE_LAST_ONLY = 2**62  # value of save_every that saves the last state only
 SYSTEMS = (galvi.Canonical, galvi.NBody, galvi.Lagrangian, galvi.RigidBody, galvi.FreeBody)
 
 
@@ -32,7 +32,7 @@ class Variational:
 
     @property
     def name(self) -> str:
-        """For titles and tables, e.g. 'galvi Gauss collocation, 8 stages'."""
+        """The name in titles and tables, e.g. 'galvi Gauss collocation, 8 stages'."""
         return f"galvi {self.method.name}"
 
     @property
@@ -41,7 +41,7 @@ class Variational:
         return self.method.order
 
     def supports(self, problem: Problem) -> bool:
-        """True for any `galvi.Problem`."""
+        """Whether the problem's system is one of SYSTEMS."""
         return isinstance(problem.system, SYSTEMS)
 
     def stops_early(self, setting: Mapping[str, Any]) -> bool:
@@ -49,7 +49,7 @@ class Variational:
         return "tolerance" in setting or getattr(self.method.chart, "passes", None) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Equal steps from t0 to t0 + duration, negative for backwards."""
+        """Run equal steps from t0 to t0 + duration, which is negative for a run backwards."""
         steps = steps_of_run(self, problem, duration, setting, "solver", "tolerance")
         return galvi.integrate(
             problem,
@@ -64,8 +64,11 @@ class Variational:
 
 @dataclass(frozen=True)
 class InClock:
-    """A `galvi.Galerkin` method with a clock; setting: step, in units of the clock, and samples,
-    evenly spread, of which the default is the end; or save_every, for states after steps."""
+    """A `galvi.Galerkin` method with a clock.
+
+    Setting: step, in units of the clock, and samples, the number of evenly spaced states (default:
+    1, the end); or save_every, for states after steps.
+    """
 
     method: galvi.Galerkin
     exact: bool = False
@@ -73,11 +76,12 @@ class InClock:
 
     @property
     def name(self) -> str:
-        """For titles and tables."""
+        """The name in titles and tables."""
         return f"galvi {self.method.name}"
 
     def supports(self, problem: Problem) -> bool:
-        """Systems of one particle or more that have a time in the clock."""
+        """Whether the system is one of SYSTEMS, with attracting pairs for N bodies, and the clock
+        is defined for it."""
         system = problem.system
         if not isinstance(system, SYSTEMS) or (
             isinstance(system, galvi.NBody) and not system.pairs
@@ -90,20 +94,21 @@ class InClock:
         return True
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """A run to t0 + duration, negative for backwards, with the states at the samples."""
+        """Run to t0 + duration, which is negative for a run backwards, with states at the
+        samples."""
         require(self, problem)
         check_keys(setting, ("step", "samples", "save_every"))
         times = sample_times(problem.t0, duration, {"samples": setting.get("samples", 1)})
-        ends = len(times) == 2
+        only_ends = len(times) == 2
         run = galvi.integrate(
             problem,
             self.method,
             math.copysign(setting["step"], duration),
             duration=abs(duration),
-            save_every=setting.get("save_every", LARGEST if ends else 1),
-            curves=False if ends else None,
+            save_every=setting.get("save_every", SAVE_LAST_ONLY if only_ends else 1),
+            curves=False if only_ends else None,
         )
-        if ends or not run.success:
+        if only_ends or not run.success:
             return run
         q, p = galvi.states_at(run, times[1:-1])
         q, p = (np.concatenate([x[:1], y, x[-1:]]) for x, y in ((run.q, q), (run.p, p)))
@@ -111,12 +116,12 @@ class InClock:
 
 
 def in_clock(stages: int, clock: Any) -> InClock:
-    """Polynomials of degree s with s Gauss points, in a clock."""
+    """Polynomials of degree `stages` with as many Gauss points, in a clock."""
     return InClock(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages), clock=clock))
 
 
 def gauss_collocation(stages: int, chart: Any = None) -> Variational:
-    """Polynomials of degree s with s Gauss points: order 2 s by the cheapest rule.
+    """Polynomials of degree s = `stages` with s Gauss points, of order 2 s.
 
     Parameters
     ----------

@@ -11,11 +11,11 @@ class Label(NamedTuple):
     Attributes
     ----------
     title
-        its name in tables and figures
+        name in tables and figures
     text
-        what moves, from where, for how long; "" for a problem that is not the suite's
+        description: bodies, start and duration; "" for a problem that is not the suite's
     time
-        unit of its steps; "" for the problem's own
+        unit of time; "" where it is dimensionless
     """
 
     title: str
@@ -158,5 +158,5 @@ LABELS = {
 
 
 def label_of(problem: str) -> Label:
-    """The label of a problem; for one without a label, its name with a capital letter."""
+    """The label of a problem; for a problem that is not in LABELS its name, capitalised."""
     return LABELS.get(problem) or Label(problem[:1].upper() + problem[1:])

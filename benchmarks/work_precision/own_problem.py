@@ -25,7 +25,7 @@ from references import Contender, reference
 from references.newton import is_differenced
 from references.rebound import ias15, leapfrog, saba, whfast, whfast512
 
-OURS = (4, 8, 12)  # degrees
+GALVI_DEGREES = (4, 8, 12)
 FIXED: Mapping[str, Mapping[str, Any]] = {  # of equal steps, with their best options
     "REBOUND WHFast": whfast.BEST,
     "REBOUND SABA": saba.BEST,
@@ -59,20 +59,20 @@ ADAPTIVE = (
 )
 TOLERANCES = (1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 # Those that take the force of references.newton.
-OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
-DIFFERENCED = "Force differenced from the potential: with a gradient it takes less time."
-COARSEST = 10  # steps
-PATIENCE = 2.0  # seconds of the runs that find a contender's settings
-COARSE, FINE = 0.1, 1e-13  # errors between which settings are of interest, relatively
+NEWTON_FORCE_CODES = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
+DIFFERENCED_NOTE = "Force differenced from the potential: with a gradient it takes less time."
+COARSEST_STEPS = 10  # steps
+LADDER_SECONDS = 2.0  # seconds of the runs that find a contender's settings
+LARGEST_ERROR, SMALLEST_ERROR = 0.1, 1e-13  # relative errors between which settings are shown
 
 
 def own_problem(
     problem: Problem, duration: float, quick: bool = False, report: Report = lambda sentence: None
 ) -> WorkPrecisionProblem:
-    """galvi and every other code here that takes the problem, at settings found by trying them.
+    """galvi and every other installed code that supports the problem, at settings found by trials.
 
-    Steps are halved from where a contender is within a tenth of the motion until it is as accurate
-    as the truth, or takes PATIENCE.
+    Steps are halved from where the error is a tenth of the motion until a contender is as accurate
+    as the truth, or its trials take LADDER_SECONDS.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def own_problem(
     """
     truth = truth_of(problem, duration, report)
     participants = []
-    for degree in OURS:
+    for degree in GALVI_DEGREES:
         label, method = galvi_label(degree), gauss_collocation(degree)
         report(f"settings of {label}")
         settings = ladder(problem, duration, method, truth, quick)
@@ -101,12 +101,14 @@ def own_problem(
         lambda: truth,
         *measure_of(problem),
         repeated_run=True,
-        notes=dict.fromkeys(OF_NEWTON if is_differenced(problem) else (), DIFFERENCED),
+        notes=dict.fromkeys(
+            NEWTON_FORCE_CODES if is_differenced(problem) else (), DIFFERENCED_NOTE
+        ),
     )
 
 
 def peers(problem: Problem) -> list[Contender]:
-    """Every code but galvi that is installed and takes the problem."""
+    """Every code but galvi that is installed and supports the problem."""
     contenders = (reference(name) for name in (*FIXED, *ADAPTIVE))
     return [contender for contender in contenders if can_run(contender, problem)]
 
@@ -127,14 +129,15 @@ def ladder(
     quick: bool = False,
     options: Mapping[str, Any] | None = None,
 ) -> list[Setting]:
-    """Settings of equal steps, each of half the step of the one before, found by trying them: from
-    where the contender is within a tenth of the motion until it is as accurate as the truth, or
-    takes PATIENCE.
+    """Settings of equal steps found by trials, each with half the step of the one before.
+
+    They begin where the error is a tenth of the motion, and end where it is that of the truth, or
+    the trials take LADDER_SECONDS.
 
     Parameters
     ----------
     options
-        entries of each setting; None for its best here
+        further entries of each setting; None for those in FIXED
     """
     options = FIXED.get(contender.name, {}) if options is None else options
     return _Ladder(problem, duration, contender, options, truth, quick).settings()
@@ -142,7 +145,7 @@ def ladder(
 
 @dataclass
 class _Ladder:
-    """Numbers of equal steps that a contender may be shown at, found by trying them."""
+    """The search for the numbers of equal steps of a contender."""
 
     problem: Problem
     duration: float
@@ -153,26 +156,26 @@ class _Ladder:
     usable_settings: list[Setting] = field(default_factory=list)
 
     def settings(self) -> list[Setting]:
-        """From coarse to fine; the finest that was tried where all are too coarse."""
+        """The settings from coarse to fine; the finest that was tried where all are too coarse."""
         _, distance = measure_of(self.problem)
         size = size_of(self.problem, self.truth.end)
-        floor = max(self.truth.error, FINE * size)
-        start, count, setting = math.inf, COARSEST, dict[str, Any]()
-        elsewhere = hasattr(self.contender, "timed")  # in another process
-        now = time.perf_counter if elsewhere else time.process_time
-        while now() - start < PATIENCE:
+        floor = max(self.truth.error, SMALLEST_ERROR * size)
+        start, count, setting = math.inf, COARSEST_STEPS, dict[str, Any]()
+        in_other_process = hasattr(self.contender, "timed")  # in another process
+        clock = time.perf_counter if in_other_process else time.process_time
+        while clock() - start < LADDER_SECONDS:
             setting = {**fixed(self.duration, count), **self.options}
             try:
                 run = self.contender.run(self.problem, self.duration, setting)
             except ValueError:  # steps that it does not take
                 break
-            start = min(start, now())  # from the end of the first run: it may compile
-            off = distance(run.q[-1], self.truth.end) if run.success else math.inf
-            usable = off <= COARSE * size
-            self.usable_settings += [setting] if usable else []
-            if off <= floor:
+            start = min(start, clock())  # from the end of the first run: it may compile
+            error = distance(run.q[-1], self.truth.end) if run.success else math.inf
+            is_usable = error <= LARGEST_ERROR * size
+            self.usable_settings += [setting] if is_usable else []
+            if error <= floor:
                 break
-            count *= 2 if usable else 4
+            count *= 2 if is_usable else 4
         if self.quick:
             return self.usable_settings[1:4:2] or self.usable_settings or [setting]
         return self.usable_settings or [setting]

@@ -24,11 +24,11 @@ class ExternalContender(Contender, Protocol):
     """
 
     def settings(self, problem: Problem, duration: float, fewest: int) -> Sequence[Setting]:
-        """Its settings, from coarse to fine."""
+        """The settings that it offers, from coarse to fine."""
 
 
-FEWEST_STEPS = 100  # steps, where no other contender takes equal steps
-PATIENCE = 120.0  # seconds after which no further run of an ensemble is started
+FEWEST_STEPS = 100  # where no other contender takes equal steps
+ENSEMBLE_SECONDS = 120.0  # seconds after which no further run of an ensemble is started
 
 
 def with_externals(
@@ -89,7 +89,7 @@ def ensemble(
     parts: int,
     fewest: int,
 ) -> Iterator[tuple[Setting, Trajectory]]:
-    """Runs from each start at the finest setting, until one fails or PATIENCE is exceeded.
+    """Runs from each start at the finest setting, until one fails or ENSEMBLE_SECONDS have passed.
 
     Parameters
     ----------
@@ -103,14 +103,14 @@ def ensemble(
             return
         run = external.run(problem, duration, setting)
         yield setting, run
-        if not run.success or time.perf_counter() - start > PATIENCE:
+        if not run.success or time.perf_counter() - start > ENSEMBLE_SECONDS:
             return
 
 
 def label_beside(external: ExternalContender, labels: Collection[str]) -> str:
     """The integrator's name, marked where one of the labels is the same up to case."""
-    same = external.name.casefold() in {label.casefold() for label in labels}
-    return f"{external.name}, external" if same else external.name
+    is_taken = external.name.casefold() in {label.casefold() for label in labels}
+    return f"{external.name}, external" if is_taken else external.name
 
 
 def readable_setting(setting: Mapping[str, Any]) -> str:

@@ -1,8 +1,8 @@
 """The documented options at which each peer takes part: closed, its defaults, and open, its best.
 
-This is the file for whoever maintains a peer: an entry of `open` is a set of options by a name,
-which is run at steps, or tolerances, from coarse to fine, to which `benchmarks.work_precision.grid`
-adds others where they leave a gap; of all, the fastest at an error counts.
+Maintainers of a peer edit this file. An entry of `open` is a named set of options, which is run at
+steps or tolerances from coarse to fine; `benchmarks.work_precision.grid` adds settings where these
+leave a gap. The fastest of all at an error counts.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from references.heyoka import taylor
 from references.rebound import ias15, native, saba, whfast, whfast512
 
-Named = Mapping[str, Any]
+OptionValues = Mapping[str, Any]
 
 
 class Options(NamedTuple):
@@ -22,17 +22,17 @@ class Options(NamedTuple):
     Attributes
     ----------
     closed
-        its defaults
+        default options
     open
         name -> options, the best first: a quick form runs that alone
     built
-        how the build here was compiled
+        description of how the build that is run here was compiled
     source
-        where its documentation describes them
+        address or file that documents the options
     """
 
-    closed: Named
-    open: Mapping[str, Named]
+    closed: OptionValues
+    open: Mapping[str, OptionValues]
     built: str
     source: str
 

@@ -16,7 +16,7 @@ Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 COORDINATES, MOTION = "coordinates", "attitude and place"
 # A coarse error needs no solution to round-off: tolerances, and the settings for which they pay.
-STOPS = {1e-9: slice(2), 1e-12: slice(3), 1e-14: slice(1, None)}
+EARLY_TOLERANCES = {1e-9: slice(2), 1e-12: slice(3), 1e-14: slice(1, None)}
 EPS = float(np.finfo(float).eps)
 
 
@@ -35,15 +35,16 @@ class Truth:
     Attributes
     ----------
     end
-        in the configuration's shape
+        the configuration
     error
-        its own error, measured like `WorkPrecisionProblem.distance`
+        error of the truth itself, measured by `WorkPrecisionProblem.distance`
     description
         text for the table
     source
-        label and settings, as text, of the run that it is: not compared with itself
+        label and settings, as text, of the run that is the truth, which is not compared with
+        itself; None for a truth that is no run of a participant
     momenta
-        at the end, where they are known
+        momenta at the end; None where they are unknown
     """
 
     end: Array
@@ -67,24 +68,24 @@ class WorkPrecisionProblem:
     problem
         the problem
     duration
-        from its t0, in its unit of time
+        duration from the problem's t0, in its unit of time
     participants
         contenders with their settings
     truth
-        () -> the truth
+        function that returns the truth
     quantity
-        the quantity of the error: POSITION, ATTITUDE, ANGLE, COORDINATES or MOTION
+        quantity of the error: POSITION, ATTITUDE, ANGLE, COORDINATES or MOTION
     distance
-        the error: a distance of two configurations
+        function (configuration, true configuration) that returns the error
     repeated_run
         whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`), since they
         are shorter than the overhead of a call
     notes
-        label of a participant -> what the status of its rows adds
+        label of a participant -> sentence that is added to the status of its rows
     net_time
-        whether what a call costs besides its steps is subtracted instead
-        (`benchmarks.statistics.repeated_run`), since a longer run is another: chaotic, or with
-        coordinates that grow, and with them what a tolerance allows
+        whether the overhead of a call is subtracted instead (`benchmarks.statistics.repeated_run`),
+        since later parts of a longer run would take another time: in chaotic motion, or where
+        coordinates grow that a tolerance is relative to
     """
 
     problem: Problem
@@ -99,17 +100,18 @@ class WorkPrecisionProblem:
 
 
 def largest_difference(q: Array, truth: Array) -> float:
-    """The largest difference of two configurations' entries."""
+    """The largest magnitude of a difference of entries of two configurations."""
     return float(np.max(np.abs(q - truth)))
 
 
 def galvi_label(stages: int) -> str:
-    """The label of polynomials of degree s with s Gauss points."""
+    """The label of polynomials of degree `stages` with as many Gauss points."""
     return f"galvi degree {stages}, Gauss {stages}"
 
 
 def frame_label(stages: int, passes: int | None) -> str:
-    """The label of collocation in the Kepler frame, with so many passes a step."""
+    """The label of collocation in the Kepler frame, with `passes` passes for each step; None: until
+    converged."""
     return f"galvi Kepler frame, Gauss {stages}{f', {passes} passes' if passes else ''}"
 
 
@@ -119,12 +121,12 @@ def fixed(duration: float, steps: int) -> Setting:
 
 
 def stopped_early_too(settings: Sequence[Setting]) -> list[Setting]:
-    """The settings, from coarse to fine, and again with galvi's iterations stopped at STOPS."""
+    """The settings, from coarse to fine, and some again with EARLY_TOLERANCES."""
     return [
         *settings,
         *(
             {**setting, "tolerance": stop}
-            for stop, part in STOPS.items()
+            for stop, part in EARLY_TOLERANCES.items()
             for setting in settings[part]
         ),
     ]

@@ -21,8 +21,9 @@ from benchmarks.statistics.paired import COVERAGE, FASTER, SLOWER
 from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.fronts import OURS
 
-FAILED = math.inf  # what a problem costs that a code does not solve
-TRACES = ("error", "seconds", "steps", "evaluations")  # what a run leaves; a missing engine nothing
+FAILED_COST = math.inf  # of a problem that a code does not solve
+# columns that a run fills; all are empty where the engine is missing
+RUN_COLUMNS = ("error", "seconds", "steps", "evaluations")
 
 
 class Share(NamedTuple):
@@ -34,9 +35,12 @@ class Share(NamedTuple):
 
 
 def share(solved: int, problems: int) -> Share:
-    """Of problems drawn again from these, with replacement (the bootstrap): the share is binomial,
-    so that its quantiles need no draws. Where it is 0 or 1 all draws are equal, and the band ends
-    where such a result still has the probability (1 - COVERAGE) / 2. NaN without problems."""
+    """The share of solved problems with a bootstrap band of probability COVERAGE.
+
+    The share in problems that are sampled from these with replacement is binomial, so that its
+    quantiles need no samples. Where it is 0 or 1 all samples are equal, and the band ends where
+    such a result still has the probability (1 - COVERAGE) / 2. NaN without problems.
+    """
     if not problems:
         return Share(math.nan, math.nan, math.nan)
     tail, fraction = 0.5 * (1.0 - COVERAGE), solved / problems
@@ -48,12 +52,12 @@ def share(solved: int, problems: int) -> Share:
 
 
 def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame:
-    """problem, code, cost, ratio, outcome: of each code one row for each problem on which it was
-    run and of which the truth can tell this error.
+    """A row for each code and problem on which it was run and whose truth resolves this error.
 
-    cost     seconds of its fastest run that reaches the error; FAILED where none does, however many
-             were tried
-    ratio    to the least cost of the problem; FAILED where that is
+    The columns are problem, code, cost, ratio and outcome.
+
+    cost     seconds of its fastest run that reaches the error; FAILED_COST where none does
+    ratio    to the least cost of the problem; FAILED_COST where that is
     outcome  FASTER where galvi is, with the interval of `fronts.ratios` where there is one, SLOWER,
              TIE, or '' for galvi itself and where neither solves it
 
@@ -63,14 +67,14 @@ def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame
     with_error = [
         name for name, rows in runs.groupby("problem", sort=False) if error in errors_of(rows)
     ]
-    left = [name for name in TRACES if name in runs]
-    measured = runs[runs["problem"].isin(with_error) & runs[left].notna().any(axis=1)]
+    run_columns = [name for name in RUN_COLUMNS if name in runs]
+    measured = runs[runs["problem"].isin(with_error) & runs[run_columns].notna().any(axis=1)]
     table = measured[["problem"]].assign(code=measured["contender"].map(code_of)).drop_duplicates()
     at_error = cells[(cells["error"] == error) & (cells["contender"] != OURS)]
     at_error = at_error.assign(code=at_error["contender"].map(code_of)).dropna(subset="seconds")
     best = at_error.loc[at_error.groupby(["problem", "code"])["seconds"].idxmin()]
     table = table.merge(best[["problem", "code", "seconds", "outcome"]], how="left")
-    table["cost"] = table.pop("seconds").fillna(FAILED)
+    table["cost"] = table.pop("seconds").fillna(FAILED_COST)
     least_cost = table.groupby("problem")["cost"].transform("min")
     table["ratio"] = table["cost"] / least_cost.where(np.isfinite(least_cost), 1.0)
     galvi_costs = table[table["code"] == "galvi"].set_index("problem")["cost"]
@@ -90,5 +94,5 @@ def _outcome(code: str, code_cost: float, galvi_cost: float | None, by_intervals
 
 
 def profile(values: pd.Series, bounds: Sequence[float]) -> list[Share]:
-    """The share of the problems whose value is at most each bound; FAILED is above all."""
+    """The share of the problems whose value is at most each bound; FAILED_COST is above all."""
     return [share(int((values <= bound).sum()), len(values)) for bound in bounds]

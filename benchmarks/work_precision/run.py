@@ -19,7 +19,7 @@ from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import fastest, front, ratios
 from benchmarks.work_precision.galvi_methods import Variational
-from benchmarks.work_precision.grid import refined
+from benchmarks.work_precision.grid import add_settings
 from benchmarks.work_precision.participants import (
     ExternalContender,
     readable_setting,
@@ -61,12 +61,12 @@ NUMBERS = (
 )
 ROUND_SECONDS, QUICK_ROUND_SECONDS = 0.012, 0.005  # seconds of each setting in a round
 ROUNDS = 7
-BOUND = "Its error is a bound: the truth tells no smaller one, ten times its own."
+BOUND_REMARK = "Its error is a bound: the truth tells no smaller one, ten times its own."
 
 
 @dataclass
 class _Measurement:
-    """One setting of one contender, with the results of its first run."""
+    """One setting of one contender, with its first run and its times."""
 
     contender: str
     settings: str
@@ -74,11 +74,11 @@ class _Measurement:
     setting: Setting
     stops_early: bool = False
     run: Trajectory | None = None
-    why: str = ""
-    warm: float = 0.0
-    times: int = 1  # the run's duration that the timed call covers
+    failure: str = ""
+    warm_seconds: float = 0.0
+    repeats: int = 1  # the run's duration that the timed call covers
     rounds: list[float] = field(default_factory=list)
-    again: list[float] = field(default_factory=list)
+    repeated_rounds: list[float] = field(default_factory=list)
     overhead: float = math.nan
 
 
@@ -159,7 +159,7 @@ def _study(case: WorkPrecisionProblem, report: Callable[[str], None], quick: boo
 def _refine(
     case: WorkPrecisionProblem, measured: list[_Measurement], truth: Truth, round_seconds: float
 ) -> None:
-    """Settings where the fronts have gaps; those of a contender stay together, coarse to fine."""
+    """Add settings where the fronts have gaps; those of a contender stay together."""
     contenders = {label: contender for label, contender, _ in case.participants}
     settings = {
         k: (measurement.contender, measurement.setting)
@@ -169,7 +169,7 @@ def _refine(
 
     def current_rows() -> pd.DataFrame:
         rows = [_row(case, measured[k], truth) for k in settings]
-        seconds = [measured[k].warm / measured[k].times for k in settings]
+        seconds = [measured[k].warm_seconds / measured[k].repeats for k in settings]
         return pd.DataFrame(rows, index=list(settings)).assign(seconds=seconds)
 
     def add(label: str, setting: Setting) -> None:
@@ -177,40 +177,42 @@ def _refine(
         try:
             measured.append(_first_run(case, label, contenders[label], setting, round_seconds))
         except ValueError as error:  # a step that it does not take
-            why = str(error)
+            reason = str(error)
             measured.append(
-                _Measurement(label, readable_setting(setting), lambda: None, setting, why=why)  # type: ignore[arg-type,return-value]
+                _Measurement(
+                    label, readable_setting(setting), lambda: None, setting, failure=reason
+                )  # type: ignore[arg-type,return-value]
             )
             del settings[len(measured) - 1]
 
-    refined(current_rows, settings, case.duration, add)
+    add_settings(current_rows, settings, case.duration, add)
     order = {label: k for k, label in enumerate(contenders)}
     measured.sort(key=lambda measurement: order[measurement.contender])
 
 
 def _time(measured: Sequence[_Measurement], round_seconds: float) -> None:
-    """Rounds in which all settings take turns, those of galvi twice."""
+    """Time all settings in turn, those of galvi twice in each round."""
     timed = [
         measurement
         for measurement in measured
-        if measurement.run is not None and measurement.run.success and not measurement.why
+        if measurement.run is not None and measurement.run.success and not measurement.failure
     ]
     by_galvi = [measurement for measurement in timed if code_of(measurement.contender) == "galvi"]
     samples = seconds_in_turn(
         [measurement.call for measurement in (*timed, *by_galvi)], ROUNDS, round_seconds
     )
     seconds = [
-        [call / measurement.times for call in calls]
+        [call / measurement.repeats for call in calls]
         for measurement, calls in zip((*timed, *by_galvi), samples, strict=True)
     ]
     for measurement, rounds in zip(timed, seconds[: len(timed)], strict=True):
-        measurement.rounds, measurement.why = rounds, getattr(measurement.call, "failure", "")
+        measurement.rounds, measurement.failure = rounds, getattr(measurement.call, "failure", "")
     for measurement, rounds in zip(by_galvi, seconds[len(timed) :], strict=True):
-        measurement.again = rounds
+        measurement.repeated_rounds = rounds
 
 
 def _fastest_of_codes(table: pd.DataFrame) -> set[Any]:
-    """Indices of the rows that are the fastest of their code at an error."""
+    """Indices of the rows that are the fastest of their code at an error of `errors_of`."""
     codes = [runs for _, runs in table.groupby(table["contender"].map(code_of), sort=False)]
     best = [fastest(runs, error) for error in errors_of(table) for runs in codes]
     return {row.name for row in best if row is not None}
@@ -224,7 +226,7 @@ def _overhead(case: WorkPrecisionProblem, measurement: _Measurement) -> float:
         contender = next(c for label, c, _ in case.participants if label == measurement.contender)
         short = one_step(contender, case.problem, case.duration, measurement.setting)
         short()
-        full_seconds = measurement.warm
+        full_seconds = measurement.warm_seconds
     return min(seconds_of(short) for _ in range(3)) / full_seconds
 
 
@@ -240,28 +242,28 @@ def _first_run(
     measurement = _Measurement(label, readable_setting(setting), call, setting)
     measurement.stops_early = isinstance(contender, Variational) and contender.stops_early(setting)
     if contender.missing:
-        measurement.why = contender.missing
+        measurement.failure = contender.missing
         return measurement
-    measurement.run, measurement.warm = warmed(call)
-    measurement.why = getattr(call, "failure", "")
-    if case.repeated_run and measurement.run.success and not measurement.why:
+    measurement.run, measurement.warm_seconds = warmed(call)
+    measurement.failure = getattr(call, "failure", "")
+    if case.repeated_run and measurement.run.success and not measurement.failure:
         longer = repeated_run(
-            contender, case.problem, case.duration, setting, measurement.warm, round_seconds
+            contender, case.problem, case.duration, setting, measurement.warm_seconds, round_seconds
         )
-        measurement.call, measurement.warm, measurement.times = (
+        measurement.call, measurement.warm_seconds, measurement.repeats = (
             longer.call,
             longer.seconds,
             longer.times,
         )
-        measurement.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
+        measurement.failure = longer.failure and f"Not timed, it fails later: {longer.failure}"
     steps = measurement.run.counts.get("steps", 0)
-    if case.net_time and measurement.run.success and not measurement.why and steps > 1:
+    if case.net_time and measurement.run.success and not measurement.failure and steps > 1:
         measurement.call = net_time(contender, case.problem, case.duration, setting, steps)
     return measurement
 
 
-def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
-    """The rows of a study without measurements, when the engine of its truth is missing."""
+def _without_truth(case: WorkPrecisionProblem, reason: str) -> pd.DataFrame:
+    """The rows of a study without measurements, as the engine of its truth is missing."""
     rows = [
         {
             "problem": case.problem.name,
@@ -271,8 +273,8 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
             "quantity": case.quantity,
             "error_is_bound": False,
             "is_truth": False,
-            "status": why,
-            "reference": why,
+            "status": reason,
+            "reference": reason,
         }
         for label, _, settings in case.participants
         for setting in settings
@@ -300,7 +302,7 @@ def _table(
     """The rows, with the errors that count."""
     rows = pd.DataFrame([_row(case, measurement, truth) for measurement in measured])
     table = dependable(rows)[list(COLUMNS)]
-    remark = (BOUND + " " + table["status"]).str.strip()
+    remark = (BOUND_REMARK + " " + table["status"]).str.strip()
     return table.assign(status=table["status"].mask(table["error_is_bound"], remark))
 
 
@@ -310,7 +312,7 @@ def _row(case: WorkPrecisionProblem, measurement: _Measurement, truth: Truth) ->
     rounds = (
         measurement.rounds if all(math.isfinite(seconds) for seconds in measurement.rounds) else []
     )
-    error, status, is_truth = nan, measurement.why, False
+    error, status, is_truth = nan, measurement.failure, False
     if measurement.run is not None and not measurement.run.success:
         status = measurement.run.status
     elif measurement.run is not None:
@@ -330,7 +332,7 @@ def _row(case: WorkPrecisionProblem, measurement: _Measurement, truth: Truth) ->
         "seconds_low": min(rounds, default=nan),
         "seconds_high": max(rounds, default=nan),
         "rounds": written(rounds),
-        "again": written(measurement.again if rounds else []),
+        "again": written(measurement.repeated_rounds if rounds else []),
         "overhead": measurement.overhead,
         "energy": _energy(case, measurement),
         "evaluations": float(counts.get("force_evaluations", nan)),

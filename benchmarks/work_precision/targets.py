@@ -5,32 +5,38 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-ORBITS = "the project's targets for N bodies"
-TURNS = "the project's targets for rigid bodies"
-OUTER, WHOLE = "outer solar system", "solar system without Pluto"
-VECTORS = "the project's targets for Lagrangians and bodies in vector instructions"
-FREE_BODY, THROWN, GRAIN = "free rigid body", "free body on SE(3)", "brownout, 100 micrometres"
-DOUBLE, FIVE = "double pendulum", "chain of 5 rods"
-COORDINATES = (
+NBODY_SOURCE = "the project's targets for N bodies"
+RIGID_BODY_SOURCE = "the project's targets for rigid bodies"
+OUTER_PLANETS, EIGHT_PLANETS = "outer solar system", "solar system without Pluto"
+VECTOR_SOURCE = "the project's targets for Lagrangians and bodies in vector instructions"
+FREE_BODY, THROWN_BODY, SAND_GRAIN = (
+    "free rigid body",
+    "free body on SE(3)",
+    "brownout, 100 micrometres",
+)
+DOUBLE_PENDULUM, FIVE_RODS = "double pendulum", "chain of 5 rods"
+COORDINATE_PROBLEMS = (
     "elastic pendulum",
     "henon-heiles",
     "fermi-pasta-ulam-tsingou",
     "kepler e=0.3 in polar coordinates",
 )
 MORE_POINTS = tuple(f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 7, 8, 10))
-FRAMES = "the project's targets for moving frames"
-CALM = ("galvi Kepler frame, Gauss 8", "galvi Kepler frame, Gauss 16")  # they do not drift
-FAST = tuple(f"{label}, 2 passes" for label in CALM)
-COUNTED = {  # those of galvi's labels that a target names, in words
+FRAME_SOURCE = "the project's targets for moving frames"
+# iterated until converged: their energies do not drift
+CONVERGED_FRAMES = ("galvi Kepler frame, Gauss 8", "galvi Kepler frame, Gauss 16")
+TWO_PASS_FRAMES = tuple(f"{label}, 2 passes" for label in CONVERGED_FRAMES)
+ALL_FRAMES = CONVERGED_FRAMES + TWO_PASS_FRAMES
+GALVI_METHODS = {  # those of galvi's labels that a target names, in words
     (): "any",
-    CALM: "Kepler frame, converged",
-    FAST: "Kepler frame, 2 passes",
-    CALM + FAST: "Kepler frame",
+    CONVERGED_FRAMES: "Kepler frame, converged",
+    TWO_PASS_FRAMES: "Kepler frame, 2 passes",
+    ALL_FRAMES: "Kepler frame",
     MORE_POINTS: "n points for n functions",
 }
-GENERAL = "The general kernel is faster now than when this target was set."
-PLAIN = tuple(f"galvi degree {s}, Gauss {s}" for s in (8, 12, 16))
-RIVALS = {PLAIN: "galvi without frame, best"}
+GENERAL_KERNEL_NOTE = "The general kernel is faster now than when this target was set."
+WITHOUT_FRAME = tuple(f"galvi degree {s}, Gauss {s}" for s in (8, 12, 16))
+RIVALS = {WITHOUT_FRAME: "galvi without frame, best"}
 IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 
@@ -61,7 +67,7 @@ class Target:
     contenders: tuple[str, ...]
     error: float | None
     ratio: float | None
-    source: str = ORBITS
+    source: str = NBODY_SOURCE
     galvi_contenders: tuple[str, ...] = ()
     note: str = ""
 
@@ -73,7 +79,7 @@ class Target:
     @property
     def counted(self) -> str:
         """Which of galvi's methods count, in words."""
-        return COUNTED.get(self.galvi_contenders) or ", ".join(self.galvi_contenders).replace(
+        return GALVI_METHODS.get(self.galvi_contenders) or ", ".join(self.galvi_contenders).replace(
             "galvi ", ""
         )
 
@@ -90,85 +96,95 @@ def _targets(
 
 
 TARGETS = (
-    Target(OUTER, IAS15, 1e-9, 18.0),
-    *_targets(OUTER, "heyoka", ((1e-9, 6.0),)),
+    Target(OUTER_PLANETS, IAS15, 1e-9, 18.0),
+    *_targets(OUTER_PLANETS, "heyoka", ((1e-9, 6.0),)),
     *_targets(
-        OUTER,
+        OUTER_PLANETS,
         "REBOUND WHFast, best",  # "at 1e-7 and below": at each decade of the comparison
         ((1e-6, 1.7), (1e-7, 2.5), (1e-8, 2.5), (1e-9, 2.5), (1e-10, 2.5)),
     ),
-    Target(OUTER, IAS15[:1], None, None),
-    Target(WHOLE, IAS15, 5e-11, 12.0),
-    *_targets(WHOLE, "heyoka", ((1e-9, 7.0),)),
+    Target(OUTER_PLANETS, IAS15[:1], None, None),
+    Target(EIGHT_PLANETS, IAS15, 5e-11, 12.0),
+    *_targets(EIGHT_PLANETS, "heyoka", ((1e-9, 7.0),)),
     *_targets(
-        WHOLE,
+        EIGHT_PLANETS,
         "REBOUND WHFast, best",
         ((1e-6, 0.6), (1e-7, 1.0), (1e-8, 1.0), (1e-9, 1.0), (1e-10, 1.0)),
     ),
-    *_targets(WHOLE, "REBOUND WHFast512", ((1e-9, 0.4),)),
-    Target(WHOLE, IAS15[:1], None, None),
+    *_targets(EIGHT_PLANETS, "REBOUND WHFast512", ((1e-9, 0.4),)),
+    Target(EIGHT_PLANETS, IAS15[:1], None, None),
     *_targets(
-        WHOLE, "REBOUND WHFast512", ((1e-4, 1.3), (1e-6, 1.25), (1e-8, 1.15), (1e-9, 1.3)),
-        source=FRAMES, galvi_contenders=FAST,
+        EIGHT_PLANETS, "REBOUND WHFast512", ((1e-4, 1.3), (1e-6, 1.25), (1e-8, 1.15), (1e-9, 1.3)),
+        source=FRAME_SOURCE, galvi_contenders=TWO_PASS_FRAMES,
     ),
-    Target(WHOLE, ("REBOUND WHFast512",), 1e-11, None, FRAMES, CALM + FAST),
+    Target(EIGHT_PLANETS, ("REBOUND WHFast512",), 1e-11, None, FRAME_SOURCE, ALL_FRAMES),
     *_targets(  # "at every error": at each decade of the comparison
-        WHOLE, "REBOUND WHFast, best",
+        EIGHT_PLANETS, "REBOUND WHFast, best",
         tuple((10.0**-k, 5.0) for k in range(5, 11)),
-        source=FRAMES, galvi_contenders=CALM,
+        source=FRAME_SOURCE, galvi_contenders=CONVERGED_FRAMES,
     ),
     *(
-        Target(OUTER, PLAIN, error, ratio, FRAMES, CALM + FAST)
+        Target(OUTER_PLANETS, WITHOUT_FRAME, error, ratio, FRAME_SOURCE, ALL_FRAMES)
         for error, ratio in ((1e-7, 3.0), (1e-9, 1.8), (1e-10, 1.5))
     ),
     *_targets(
         FREE_BODY,
         "MuJoCo RK4",
         ((7e-6, 3.0), (1e-8, 10.0), (2e-11, 30.0), (1e-12, 40.0), (None, None)),
-        source=TURNS,
+        source=RIGID_BODY_SOURCE,
     ),
     *_targets(
         FREE_BODY,
         "DOP853 on quaternions, compiled",
         ((1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),  # "ahead at 1e-11 and below"
-        source=TURNS,
+        source=RIGID_BODY_SOURCE,
     ),
     *_targets(
         FREE_BODY,
         "DOP853 on quaternions, compiled",
         ((1e-10, 1.0),),
-        source=VECTORS,
+        source=VECTOR_SOURCE,
     ),
     *_targets(
         FREE_BODY,
         "heyoka, rigid bodies",
         ((1e-10, 1.0), (1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),
-        source=VECTORS,
+        source=VECTOR_SOURCE,
     ),
     *_targets(
         FREE_BODY,
         "MuJoCo RK4",
         ((7e-6, 6.0), (1e-8, 30.0), (2e-11, 150.0)),  # H's rule: n points for n functions
-        source=VECTORS,
+        source=VECTOR_SOURCE,
         galvi_contenders=MORE_POINTS,
     ),
-    *_targets(DOUBLE, "heyoka, chains", ((1e-6, 1.1), (1e-10, 1.8), (1e-12, 2.5)), source=VECTORS),
-    *_targets(FIVE, "heyoka, chains", ((1e-6, 6.0), (1e-10, 9.0), (1e-12, 11.0)), source=VECTORS),
-    *_targets(FIVE, "MuJoCo RK4", ((1e-4, 1.0), (1e-6, 1.0), (None, 1.0)), source=VECTORS),
+    *_targets(
+        DOUBLE_PENDULUM, "heyoka, chains", ((1e-6, 1.1), (1e-10, 1.8), (1e-12, 2.5)),
+        source=VECTOR_SOURCE,
+    ),
+    *_targets(
+        FIVE_RODS, "heyoka, chains", ((1e-6, 6.0), (1e-10, 9.0), (1e-12, 11.0)),
+        source=VECTOR_SOURCE,
+    ),
+    *_targets(
+        FIVE_RODS, "MuJoCo RK4", ((1e-4, 1.0), (1e-6, 1.0), (None, 1.0)), source=VECTOR_SOURCE
+    ),
     *(
         target
-        for problem in COORDINATES
+        for problem in COORDINATE_PROBLEMS
         for target in _targets(
             problem, "heyoka, Lagrangians", ((1e-6, 1.0), (1e-10, 1.0), (1e-12, 1.0)),
-            source=VECTORS,
+            source=VECTOR_SOURCE,
         )
     ),
     *_targets(
-        THROWN, "galvi degree 5, Gauss 5, general kernel", ((1e-7, 45.0),),
-        source=VECTORS, galvi_contenders=("galvi degree 5, Gauss 5",), note=GENERAL,
+        THROWN_BODY, "galvi degree 5, Gauss 5, general kernel", ((1e-7, 45.0),),
+        source=VECTOR_SOURCE, galvi_contenders=("galvi degree 5, Gauss 5",),
+        note=GENERAL_KERNEL_NOTE,
     ),
     *_targets(
-        GRAIN, "galvi degree 4, Gauss 4, general kernel", ((1e-9, 15.0),),
-        source=VECTORS, galvi_contenders=("galvi degree 4, Gauss 4",), note=GENERAL,
+        SAND_GRAIN, "galvi degree 4, Gauss 4, general kernel", ((1e-9, 15.0),),
+        source=VECTOR_SOURCE, galvi_contenders=("galvi degree 4, Gauss 4",),
+        note=GENERAL_KERNEL_NOTE,
     ),
 )  # fmt: skip

@@ -27,7 +27,7 @@ from references.newton import is_differenced
 from references.rebound import ias15
 from references.scipy import ivp
 
-# What may be the truth, the best first, with its most accurate setting.
+# Codes that may be the truth, the best first, with their most accurate settings.
 TRUTHS: Mapping[str, Mapping[str, Any]] = {
     "oscillator, closed form": {},
     "Kepler, closed form": {},
@@ -47,19 +47,23 @@ TRUTHS: Mapping[str, Mapping[str, Any]] = {
     "SciPy DOP853, Lagrangians": {"tolerance": 1e-13},
     "SciPy DOP853, quaternions": ivp.TIGHT,
 }
-ROUGH = {"tolerance": 1e-9}  # of a force that is differenced, and so no smoother than that
-ALIKE = 1e-8  # relative distance of ends from which on runs are of one motion
-LOOSER = 30.0  # by which a tolerance differs where a truth is compared with itself
+DIFFERENCED_SETTING = {"tolerance": 1e-9}  # a differenced force is no smoother than that
+SAME_MOTION_DISTANCE = 1e-8  # relative distance of ends up to which runs follow the same motion
+LOOSER_FACTOR = 30.0  # ratio of tolerances of a truth that is compared with itself
+LEAST_STEPS, DOUBLINGS = 16, 10  # of the coarsest run of a pair, and most doublings
+CLOSED = "closed form"  # part of the names of closed forms
+SAMPLES = 32  # states of an accurate motion
+State = tuple[Array, Array | None]  # q and p
 
 
 def measure_of(problem: Problem) -> tuple[str, Callable[[Array, Array], float]]:
-    """The quantity of the error, and the distance."""
+    """The quantity of the error, and the distance of two configurations."""
     if isinstance(problem.system, NBody):
         return POSITION, farthest_body
     if isinstance(problem.system, RigidBody):
         return ATTITUDE, largest_difference
-    flat = problem.q0.ndim == 1 and problem.q0.shape == problem.v0.shape
-    return COORDINATES if flat else MOTION, largest_difference
+    is_vector = problem.q0.ndim == 1 and problem.q0.shape == problem.v0.shape
+    return COORDINATES if is_vector else MOTION, largest_difference
 
 
 def can_run(contender: Contender, problem: Problem) -> bool:
@@ -70,12 +74,15 @@ def can_run(contender: Contender, problem: Problem) -> bool:
 def truth_setting(contender: Contender, problem: Problem) -> Mapping[str, Any]:
     """Its most accurate setting on the problem, of those in TRUTHS."""
     differenced = contender.name == "SciPy DOP853" and is_differenced(problem)
-    return ROUGH if differenced else TRUTHS[contender.name]
+    return DIFFERENCED_SETTING if differenced else TRUTHS[contender.name]
 
 
 def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
-    """The end by the first code that reaches it; its error by the second, or by itself at a
-    looser tolerance."""
+    """The end by the first code of TRUTHS that reaches it.
+
+    Its error is the difference from the second code, or from itself at a looser tolerance.
+    ValueError where no code but galvi solves the problem or reaches the end.
+    """
     _, distance = measure_of(problem)
     ends: list[tuple[str, Mapping[str, Any], Array, Array]] = []
     reason = ""
@@ -110,31 +117,29 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
         difference = distance(second[2], end)
         text = f"{name}; by its difference from {second[0]}"
         return Truth(end, max(difference, rounding), text, source, momenta)
-    looser = {key: LOOSER * value for key, value in setting.items() if key in ("tolerance", "rtol")}
+    looser = {
+        key: LOOSER_FACTOR * value for key, value in setting.items() if key in ("tolerance", "rtol")
+    }
     if not looser:
         return Truth(end, rounding, f"{name}; to rounding", source, momenta)
     run = reference(name).run(problem, duration, {"samples": 1, **setting, **looser})
     difference = distance(run.q[-1], end)
-    text = f"{name}; by its difference from itself at {LOOSER:g} times the tolerance"
+    text = f"{name}; by its difference from itself at {LOOSER_FACTOR:g} times the tolerance"
     return Truth(end, max(difference, rounding), text, source, momenta)
-
-
-LEAST_STEPS, DOUBLINGS = 16, 10  # of the coarsest run for a pair, and how often it is refined
-CLOSED = "closed form"  # in the names of these
-SAMPLES = 32  # states of an accurate motion
-State = tuple[Array, Array | None]  # q and p
 
 
 def state_distance(
     problem: Problem, end: State, motion: Trajectory | None
 ) -> Callable[[State], float]:
-    """Distance of a state from that at the end: of the configurations, or of the momenta in units
-    that make both of one size, whichever is larger; of the configurations where no p is known.
+    """A function that returns the distance of a state from the state at the end.
+
+    It is the larger of the distances of the configurations and of the momenta, in units in which
+    both have the same size; that of the configurations where momenta are unknown.
 
     Parameters
     ----------
     motion
-        states along it, of which the largest q and p give these units; None: of the end alone
+        a run whose largest q and p give these units; None: those of the end
 
     Notes
     -----
@@ -163,14 +168,16 @@ def size_of(problem: Problem, end: Array) -> float:
 
 
 def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report: Report) -> Truth:
-    """The end by a closed form; by an exact engine, compared with the finest pair of galvi's runs
-    (`_pair`) where that is nearer than its second source; else by that pair, compared with a
-    code that is not galvi; else by that code.
+    """The best truth of the end of a motion.
+
+    It is that of a closed form; otherwise of an exact engine, with the smaller of its differences
+    from its second source and from the finest pair of galvi's runs (`_pair`); otherwise that pair,
+    compared with another code; otherwise that code.
 
     Raises
     ------
     ValueError
-        Where there is none.
+        Where no code and no pair reaches the end.
     """
     try:
         independent = truth_of(problem, duration, report)
@@ -209,9 +216,11 @@ def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report
 def _pair(
     problem: Problem, duration: float, method: galvi.Galerkin, report: Report
 ) -> tuple[Trajectory, float, str]:
-    """The finer one of a method's runs at a number of steps and at twice as many, doubled until the
-    difference of the pair no longer falls to a quarter, which is round-off, or DOUBLINGS times;
-    the larger one of the last two differences; and a text.
+    """A run of a method, its error by a Richardson pair, and a description.
+
+    The number of steps is doubled until the difference of successive runs is small and no longer
+    falls to a quarter, which is round-off, or DOUBLINGS times. The error is the larger of the last
+    two differences.
 
     Raises
     ------
@@ -232,8 +241,10 @@ def _pair(
         from_end = state_distance(problem, (run.q[-1], run.p[-1]), run)
         differences += [from_end((coarser.q[-1], coarser.p[-1])) for coarser in runs[-1:]]
         runs.append(run)
-        small = len(differences) > 1 and differences[-2] < ALIKE * size_of(problem, run.q[-1])
-        if small and differences[-1] > 0.25 * differences[-2]:
+        is_small = len(differences) > 1 and differences[-2] < SAME_MOTION_DISTANCE * size_of(
+            problem, run.q[-1]
+        )
+        if is_small and differences[-1] > 0.25 * differences[-2]:
             break
     if not differences:
         raise ValueError(
@@ -245,8 +256,8 @@ def _pair(
 
 
 def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajectory | None:
-    """States along a motion that ends at the truth, to tell what the motion keeps; None where none
-    comes so near."""
+    """States along a motion that ends at the truth, to find conserved quantities; None where no run
+    does."""
     if truth.source is not None and truth.source[0] in TRUTHS:
         contender = reference(truth.source[0])
         setting = {"samples": SAMPLES, **truth_setting(contender, problem)}
@@ -256,7 +267,7 @@ def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajecto
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     for count in (2 * SAMPLES * 4**k for k in range(5)):
         run = galvi.integrate(problem, method, duration / count, count, save_every=count // SAMPLES)
-        tolerance = ALIKE * size_of(problem, truth.end)
+        tolerance = SAME_MOTION_DISTANCE * size_of(problem, truth.end)
         if run.success and distance(run.q[-1], truth.end) <= tolerance:
             return run
     return None

@@ -13,7 +13,7 @@ import galvi
 from benchmarks.applications.convergence import table as rows
 from benchmarks.applications.convergence.methods import opened, with_settings
 from benchmarks.applications.convergence.truth import truth_of_request
-from benchmarks.applications.external.integrator import LIMIT
+from benchmarks.applications.external.integrator import TIME_LIMIT
 from benchmarks.applications.external.loading import ContenderError, object_at
 from benchmarks.applications.external.own_problems import load_problem
 from benchmarks.statistics.orders import RULE
@@ -80,7 +80,7 @@ def _method(word: str) -> tuple[str, Any]:
 
 def order_table(request: ConvergenceRequest, timeout: float | None, command: str) -> OrderTable:
     """The table that is asked for; shows its progress. Raises REFUSALS for what cannot be run."""
-    with opened(request, timeout or LIMIT) as methods:
+    with opened(request, timeout or TIME_LIMIT) as methods:
         truth = truth_of_request(request, methods, progress)
         participants = with_settings(methods, request, truth)
         table = rows.order_table(

@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.applications.releases.own_run import read_own_run
-from benchmarks.applications.releases.requirements import RANGE, asked_releases
+from benchmarks.applications.releases.requirements import RANGE, requested_releases
 from benchmarks.applications.releases.tolerance import Tolerance, measure
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from benchmarks.store.provenance import provenance
 from galvi.interop.judge import JudgeRequest
 from reports.cli.handed_over import show_progress
@@ -27,14 +27,21 @@ from reports.tables.tolerance import (
 from reports.tables.writing import as_markdown
 
 COMMAND = "tolerance"
-REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
+REFUSALS = (
+    ValueError,
+    TypeError,
+    FileNotFoundError,
+    ImportError,
+    RuntimeError,
+    EnvironmentUnavailable,
+)
 progress = partial(show_progress, COMMAND)
 
 
 def tolerance_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Tolerance:
     """The tolerance of the run of a file. Raises REFUSALS for what cannot be carried out."""
     run = read_own_run(file, request)
-    releases, halved = asked_releases(run.package, texts) if texts else ([], False)
+    releases, halved = requested_releases(run.package, texts) if texts else ([], False)
     if halved:
         raise ValueError(
             f"--releases of tolerance expects a list as 3.17.0,4.0.1; received the range "

@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.applications.releases.own_run import read_own_run
-from benchmarks.applications.releases.requirements import asked_releases
+from benchmarks.applications.releases.requirements import requested_releases
 from benchmarks.applications.releases.versions import Versions, compare_releases
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from benchmarks.store.provenance import provenance
 from galvi.interop.judge import JudgeRequest
 from reports.cli.handed_over import show_progress
@@ -20,7 +20,14 @@ from reports.judge.files import plain
 from reports.tables.versions import changes, label, rows, sentences, truth_facts, write_versions
 
 COMMAND = "versions"
-REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
+REFUSALS = (
+    ValueError,
+    TypeError,
+    FileNotFoundError,
+    ImportError,
+    RuntimeError,
+    EnvironmentUnavailable,
+)
 progress = partial(show_progress, COMMAND)
 
 
@@ -28,7 +35,7 @@ def versions_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Pa
     """The behaviour of a file's run in the requested releases. Raises REFUSALS for what cannot be
     carried out."""
     run = read_own_run(file, request)
-    named, halved = asked_releases(run.package, texts)
+    named, halved = requested_releases(run.package, texts)
     versions = compare_releases(run, named, halved, out, progress)
     progress("")
     return versions

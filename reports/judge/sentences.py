@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.applications.judging.bodies import MOST_STATES
-from benchmarks.applications.judging.judgement import YOURS, Judgement
+from benchmarks.applications.judging.judgement import OWN_SUFFIX, Judgement
 from benchmarks.applications.judging.truth import Agreement, time_text
 from galvi import End
 from reports.tables.number_format import plain, readable, seconds
@@ -81,11 +81,11 @@ def truth(judgement: Judgement) -> str:
     sources = "; with ".join(
         f"{agreement.source.label}, to {_extent(judgement, agreement)}"
         for agreement in agreeing
-        if not agreement.source.opinion
+        if not agreement.source.is_galvi
     )
     lines += [f"It agrees with {sources}."] if sources else []
     for agreement in judgement.agreements:
-        if agreement.source.opinion or agreement in agreeing:
+        if agreement.source.is_galvi or agreement in agreeing:
             continue
         lines.append(
             f"{agreement.source.label} differs from it by up to {_extent(judgement, agreement)}."
@@ -95,7 +95,7 @@ def truth(judgement: Judgement) -> str:
     lines += [
         f"{agreement.source.label} agrees too, to {_extent(judgement, agreement)}."
         for agreement in agreeing
-        if agreement.source.opinion and not agreement.stopped
+        if agreement.source.is_galvi and not agreement.stopped
     ]
     if len(judgement.engines) == 1:
         how = f": {judgement.engine_hint}" if judgement.engine_hint else ""
@@ -142,7 +142,7 @@ def cheapest(judgement: Judgement) -> list[str]:
         measurable = not judgement.truth_agreement > judgement.error
         return [f"Nothing that was tried reaches {error}."] if measurable else []
     reached = judgement.table[judgement.table["reached"]]
-    is_own = reached["integrator"].str.endswith(YOURS) & (reached["setting"] == run["setting"])
+    is_own = reached["integrator"].str.endswith(OWN_SUFFIX) & (reached["setting"] == run["setting"])
     if is_own.iloc[0]:
         text = f"Of all that was tried, your own run reaches {error} at the lowest cost"
     else:

@@ -12,7 +12,7 @@ import pandas as pd
 import typer
 
 from benchmarks.applications.external.checks import contender_checks
-from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
+from benchmarks.applications.external.integrator import TIME_LIMIT, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
 from benchmarks.applications.external.own_problems import load_problem, require_sendable
 from benchmarks.work_precision.cost import COLUMNS
@@ -72,7 +72,7 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
         externals: list[ExternalIntegrator] = []
         for path in dict.fromkeys(paths):
             try:
-                external = ExternalIntegrator.open(path, LIMIT if timeout is None else timeout)
+                external = ExternalIntegrator.open(path, TIME_LIMIT if timeout is None else timeout)
             except ContenderError as error:
                 raise typer.BadParameter(f"--contender {path}: {error}") from None
             stack.callback(_say_printed, external)

@@ -20,7 +20,7 @@ from benchmarks.checks.claim import Row
 from benchmarks.claims.statements import EFFECTS, counted
 from benchmarks.store.provenance import ROOT
 from benchmarks.work_precision.labels import label_of
-from benchmarks.work_precision.problem import STOPS
+from benchmarks.work_precision.problem import EARLY_TOLERANCES
 from references.stored.provenance import HEADINGS, truths
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
@@ -133,7 +133,7 @@ def _environment() -> Environment:
         EFFECTS=EFFECTS,
         HEADLINES=HEADLINES,
         PROFILES=PROFILES,
-        STOPS=STOPS,
+        STOPS=EARLY_TOLERANCES,
         TARGETS_TEXT=TEXT,
         VERDICTS=VERDICTS,
         list=list,

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.applications.brownout import cost
 from benchmarks.studies import ensembles, start_up
-from benchmarks.studies.scaling import FEW_HEAVY, scaling
+from benchmarks.studies.scaling import MASSIVE_SUFFIX, scaling
 from benchmarks.work_precision.fronts import NOT_REACHED
 from reports.figures.plots.lines import LONG_DASH
 from reports.figures.style.decades import decades
@@ -102,7 +102,7 @@ def _over_bodies(axes: Axes, table: pd.DataFrame, column: str, unit: float = 1.0
     rows = rows.sort_values("bodies")
     for name in in_order(rows["contender"]):
         runs, look = rows[rows["contender"] == name], identity(name)
-        inside = "white" if name.endswith(FEW_HEAVY) else look.color
+        inside = "white" if name.endswith(MASSIVE_SUFFIX) else look.color
         axes.plot(runs["bodies"], runs[column] / unit, label=name, mfc=inside, **look.style)
     axes.set(xscale="log", xlabel="number of bodies")
     ticks(axes.xaxis)
@@ -146,7 +146,7 @@ def scaling_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
         if (bodies, name) in times:
             line = rows[rows["matched"]].iloc[0].to_dict()
             galvi_seconds = times.get(
-                (bodies, galvi_name + FEW_HEAVY * name.endswith(FEW_HEAVY)), math.nan
+                (bodies, galvi_name + MASSIVE_SUFFIX * name.endswith(MASSIVE_SUFFIX)), math.nan
             )
             lines.append(line | {"relative": line["seconds_per_orbit"] / galvi_seconds})
         else:

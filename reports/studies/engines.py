@@ -154,7 +154,7 @@ SKY_COLUMNS = {
 def sky_table(rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each contender, body and time, with the error in the Kepler frame beside the first
     contender's, whose model it shares; and the CSS classes of the columns."""
-    in_frame = (rows["contender"] == ephemeris.IN_FRAME) & (rows["status"] == "")
+    in_frame = (rows["contender"] == ephemeris.FRAME_LABEL) & (rows["status"] == "")
     errors = rows[in_frame].set_index(["body", "days"])["integration_error_au"]
     table = rows[~in_frame].join(errors.rename("in_frame"), on=["body", "days"])
     is_first = table["contender"] == table["contender"].iloc[0]

@@ -12,7 +12,7 @@ import pandas as pd
 
 from benchmarks.statistics.paired import TIE, UNRESOLVED
 from benchmarks.work_precision.asked import errors_of
-from benchmarks.work_precision.dependable import bounds
+from benchmarks.work_precision.dependable import error_is_bound
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
     OURS,
@@ -106,7 +106,7 @@ def smallest(table: pd.DataFrame) -> pd.DataFrame:
     """Times at the smallest error of each contender, and whether that is a `bound` alone; see
     `benchmarks.work_precision.fronts.at_smallest`."""
     ends = at_smallest(table)
-    return ends.assign(bound=bounds(ends, table))
+    return ends.assign(bound=error_is_bound(ends, table))
 
 
 def compared(table: pd.DataFrame, problem: str) -> pd.DataFrame:
@@ -257,7 +257,7 @@ def fastest_per_error(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     table = pd.concat(choices).sort_values("line", kind="stable").merge(measured, "left", run)
     table["contender"] = table["contender"].mask(table["seconds"].isna(), NOBODY)
     table["stops_early"] = table["stops_early"].eq(True)
-    return table.assign(bound=bounds(table, runs))[list(CHOICE)]
+    return table.assign(bound=error_is_bound(table, runs))[list(CHOICE)]
 
 
 def fastest_lines(table: pd.DataFrame) -> pd.DataFrame:

@@ -13,8 +13,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.kit.models import Model, all_models
-from benchmarks.applications.kit.orders import CLOSE, Convergence
-from benchmarks.applications.kit.point_masses import WRITTEN, PointMasses, all_point_masses
+from benchmarks.applications.kit.orders import ORDER_TOLERANCE, Convergence
+from benchmarks.applications.kit.point_masses import (
+    WRITTEN_FOR_GALVI,
+    PointMasses,
+    all_point_masses,
+)
 from benchmarks.applications.kit.truths import RULE, Truth
 from benchmarks.store.atomic import write
 from benchmarks.store.provenance import commit, today, versions
@@ -64,8 +68,9 @@ FIELDS = {
     "compared_with": "second source, from which the stated errors follow",
     "orders": "for each integrator its order of convergence; the index in `truth`, from 0, of the "
     "time at which errors of positions were measured; and three step sizes, each half of the one "
-    f"before. Orders measured from one to the next were within {CLOSE:g} of the order; a test may "
-    "allow 0.3. It is null where there are no such steps, or for integrators that choose their own",
+    f"before. Orders measured from one to the next were within {ORDER_TOLERANCE:g} of the order; a "
+    "test may allow 0.3. It is null where there are no such steps, or for integrators that choose "
+    "their own",
     "tables (.txt)": "of point masses, a row for each time and body: t, G m, x, y, z, vx, vy, vz, "
     "error_q, error_v; of models, a row for each time: t, error_qpos, error_qvel, qpos, qvel. The "
     "first time is the start",
@@ -179,7 +184,7 @@ def files_of_model(model: Model) -> dict[str, str]:
     qpos[0], qvel[0] = start["qpos"], start["qvel"]
     errors = {"error_qpos": truth.error_q, "error_qvel": truth.error_v}
     content = {
-        **_head(model.name, model.problem.name, WRITTEN, UNITS_OF_MODELS),
+        **_head(model.name, model.problem.name, WRITTEN_FOR_GALVI, UNITS_OF_MODELS),
         **start,
         "truth": _rows(t=truth.t, qpos=qpos, qvel=qvel, **errors),
         **_sources_and_orders(model, truth),

@@ -11,7 +11,7 @@ import pandas as pd
 from benchmarks.statistics.paired import TIE, UNRESOLVED
 from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.fronts import OURS
-from benchmarks.work_precision.grid import gaps, unequal
+from benchmarks.work_precision.grid import gaps, wide_gaps
 from benchmarks.work_precision.labels import label_of
 from reports.tables.comparison_tables import heading, is_galvi
 from reports.tables.number_format import is_finite, readable
@@ -87,7 +87,9 @@ def chances(runs: pd.DataFrame) -> tuple[str, ...]:
     """Sentences on one problem's rows of `benchmarks.work_precision.run`."""
     table = gaps(runs)
     settings = ", ".join(f"{row['code']} {row['settings']}" for row in table.to_dict("records"))
-    return tuple(filter(None, (f"Settings: {settings}.", " ".join(unequal(runs)), overheads(runs))))
+    return tuple(
+        filter(None, (f"Settings: {settings}.", " ".join(wide_gaps(runs)), overheads(runs)))
+    )
 
 
 def overheads(runs: pd.DataFrame) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.applications.releases.behaviour import FLOORS, ULPS
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS, ULPS
 from benchmarks.applications.releases.bounds import FEWEST_FLOORS, MOST_FLOORS
 from benchmarks.applications.releases.own_run import SAMPLES, OwnRun
 from benchmarks.applications.releases.tolerance import (
@@ -55,7 +55,7 @@ def sentences(tolerance: Tolerance) -> Iterator[str]:
         f"A floor is the largest difference between your run and {tolerance.runs - 1} that differ "
         f"from it by rounding alone. A bound is at least {FEWEST_FLOORS:g} floors, since another "
         f"machine may round worse, and at most {MOST_FLOORS:g}, so that it catches every error of "
-        f"{FLOORS:g}."
+        f"{CHANGE_FLOORS:g}."
     )
     for variant in tolerance.variants:
         yield _compared(variant, tolerance)

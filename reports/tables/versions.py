@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.applications.judging import bodies, trees
-from benchmarks.applications.releases.behaviour import FLOORS, ULPS, Behaviour
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS, ULPS, Behaviour
 from benchmarks.applications.releases.own_run import OwnRun
 from benchmarks.applications.releases.versions import Difference, Step, Versions
 from reports.tables.number_format import plain
@@ -100,11 +100,11 @@ def _measured(versions: Versions) -> str:
     ]
     if not floors:
         return measured
-    first, last = (plain(FLOORS * max(sizes[k] for sizes in floors), 1) for k in (0, -1))
+    first, last = (plain(CHANGE_FLOORS * max(sizes[k] for sizes in floors), 1) for k in (0, -1))
     times = run.job.get("t", 0.0) + run.times
     return (
         f"{measured} A floor is how far rounding moves the run: starts that differ by {ULPS:g} ulp "
-        f"part so far. A change exceeds {FLOORS:g} floors, of positions {first} at "
+        f"part so far. A change exceeds {CHANGE_FLOORS:g} floors, of positions {first} at "
         f"t = {times[0]:g} and {last} at t = {times[-1]:g}."
     )
 
@@ -121,7 +121,7 @@ def _second(run: OwnRun) -> str:
 def _errors(versions: Versions) -> Iterator[str]:
     truth = versions.truth
     if truth is None:
-        yield f"{versions.without.rstrip('. ')}."
+        yield f"{versions.reason_without_truth.rstrip('. ')}."
         return
     confirmed = (
         f", which agrees with {truth.confirmed_by} to {plain(truth.disagreement)}"
@@ -219,7 +219,7 @@ def truth_facts(versions: Versions) -> dict[str, Any]:
     """The truth: its source, what confirms it, and to what; or why there is none."""
     truth = versions.truth
     if truth is None:
-        return {"without": versions.without}
+        return {"without": versions.reason_without_truth}
     return {"source": truth.source, "confirmed_by": truth.confirmed_by, "apart": truth.disagreement}
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import galvi
-from benchmarks.store.isolated_environment import NotHere, finished, interpreter_in
+from benchmarks.store.isolated_environment import EnvironmentUnavailable, interpreter_in, output_of
 from galvi.command import places_in
 from galvi.kernels.compile.cache import KERNELS_FOLDER
 
@@ -166,9 +166,9 @@ def isolated(checkout: Checkout) -> Checkout:
     constraints = checkout.folder / CONSTRAINTS
     pip += ["-c", str(constraints)] if constraints.is_file() else []
     try:
-        finished([sys.executable, "-I", "-m", "venv", str(environment)])
-        finished([*pip, str(checkout.folder)])
-    except NotHere as error:
+        output_of([sys.executable, "-I", "-m", "venv", str(environment)])
+        output_of([*pip, str(checkout.folder)])
+    except EnvironmentUnavailable as error:
         raise CannotCompare(
             f"--isolate could not install {checkout.name}: {error}. Without it, both sides share "
             "the packages installed here."

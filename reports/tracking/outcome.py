@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 
 import pandas as pd
 
-from benchmarks.statistics.rank_test import GROWTHS, LEVEL, POWER
+from benchmarks.statistics.rank_test import GROWTHS, POWER, SIGNIFICANCE
 from reports.results.summary import many
 from reports.tables.writing import as_markdown
 from reports.tracking.gates import LEAK, NOTE, PEAK, Finding
@@ -18,9 +18,9 @@ from reports.tracking.together import Together
 LARGEST_GROWTH = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_visible` tries
 LEGEND = f"""
 - **time**: growth of the median processor time; samples of base and head are taken in turn. A time
-  is worse when p is below {LEVEL} after Holm's correction and the growth exceeds the benchmark's
-  threshold, in two rounds of fresh processes. All times of an integrator together are worse at half
-  of that threshold, in five rounds.
+  is worse when p is below {SIGNIFICANCE} after Holm's correction and the growth exceeds the
+  benchmark's threshold, in two rounds of fresh processes. All times of an integrator together are
+  worse at half of that threshold, in five rounds.
 - **p**: probability that equal code looks at least this much slower (one-sided Mann-Whitney test).
 - **detectable from**: the smallest growth that a round with this scatter detects in
   {100 * POWER:.0f} % of cases.

@@ -95,7 +95,7 @@ def history(out: Path) -> History | None:
         )
     for drawn in (drawn for machine in places for drawn in machine.pictures):
         write_files(drawn, out / "figures")
-    text = TEXT + change_points.TEXT
+    text = TEXT + change_points.CHANGE_RULE
     return History(text, places, tuple(sentences)) if places or sentences else None
 
 

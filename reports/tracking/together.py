@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.statistics.rank_test import LEVEL, p_value, relative_growth
+from benchmarks.statistics.rank_test import SIGNIFICANCE, p_value, relative_growth
 from reports.tables.number_format import plain
 from reports.tracking.gates import TIME, suspects
 from reports.tracking.rounds import Pair
@@ -56,7 +56,7 @@ class Together:
     @property
     def looked_slower(self) -> bool:
         """Whether the first round is suspicious: by rank and by size."""
-        return self.growth[0] > self.size and p_value(*self.rounds[0]) < LEVEL
+        return self.growth[0] > self.size and p_value(*self.rounds[0]) < SIGNIFICANCE
 
     @property
     def suspicious(self) -> bool:

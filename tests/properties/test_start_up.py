@@ -108,7 +108,7 @@ def test_two_processes_agree_to_the_last_bit_and_count():
 def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_steps(monkeypatch):
     """Peaks of one process, MiB: many steps after few add nothing when only ends are kept."""
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])
-    monkeypatch.setattr(start_up, "TIMES", 1)
+    monkeypatch.setattr(start_up, "WARM_PROCESSES", 1)
     table = start_up.start_up_table(quick=True)
     assert list(table.columns) == list(start_up.COLUMNS)
     (row,) = table.to_dict("records")

@@ -1,1 +1,1 @@
-"""A stated model of a brownout cloud: emission by the wind, flights, what a pilot sees."""
+"""A stated model of a brownout cloud: emission by the wind, flights, optical depth."""

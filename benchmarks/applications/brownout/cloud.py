@@ -1,7 +1,8 @@
 """The stated model of a brownout cloud: grains of five sizes in the wind of a landing rotor.
 
-Each super-particle stands for many grains: the mass that the wind lifts of its size until the end,
-divided by the number of super-particles of this size. They neither meet nor move the air, as in M.
+Each super-particle stands for many grains: its mass is that which the wind lifts of its size until
+the end, divided by the number of super-particles of this size. They neither meet nor move the air,
+as in M.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from galvi.arrays import Array
 from galvi.problems.brownout import DRAG_COEFFICIENT, GRAVITY, SAND_DENSITY
 
 DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
-UNTIL = 6.0  # s; the rotor has come from 16 m down to 6.5 m
-CONSTANT, BY_REYNOLDS = "C_d = 0.44", "Schiller-Naumann"
-DRAG = {CONSTANT: DRAG_COEFFICIENT, BY_REYNOLDS: None}
-PILOT, TARGET = (2.0, 4.5), (15.0, 0.0)  # r and z in m: the eye, and what it looks at on the ground
-BLUR = 0.25  # m, half the width of the pencil of rays
+END_TIME = 6.0  # s; the rotor has come from 16 m down to 6.5 m
+CONSTANT_DRAG, REYNOLDS_DRAG = "C_d = 0.44", "Schiller-Naumann"
+DRAG_COEFFICIENTS = {CONSTANT_DRAG: DRAG_COEFFICIENT, REYNOLDS_DRAG: None}
+PILOT_EYE, SIGHT_TARGET = (2.0, 4.5), (15.0, 0.0)  # r and z in m; the target is on the ground
+RAY_HALF_WIDTH = 0.25  # m, of the pencil of rays
 EXTINCTION = 2.0  # cross-sections that a grain removes from a ray, much larger than a wavelength
 
 
@@ -36,31 +37,31 @@ class Cloud:
     diameter
         m
     drag
-        CONSTANT or BY_REYNOLDS
+        CONSTANT_DRAG or REYNOLDS_DRAG
     grains
-        numbers of the super-particles, (n,)
+        identifying numbers of the super-particles, (n,)
     ground
-        what a contact does
+        effect of a contact with the ground
     """
 
     diameter: float
-    drag: str = BY_REYNOLDS
+    drag: str = REYNOLDS_DRAG
     grains: Any = field(default_factory=lambda: np.arange(1000))
     ground: Ground = field(default_factory=Ground)
 
     @property
     def problem(self) -> Any:
-        """A single grain, of which the numbers of the drag are read."""
-        return galvi.problems.brownout(self.diameter, drag_coefficient=DRAG[self.drag])
+        """The problem of a single grain, from which the drag is taken."""
+        return galvi.problems.brownout(self.diameter, drag_coefficient=DRAG_COEFFICIENTS[self.drag])
 
     @property
     def emission(self) -> Emission:
         """Emitted grains, equal ground cover for each size."""
-        return Emission(self.diameter, UNTIL, 1.0 / len(DIAMETERS))
+        return Emission(self.diameter, END_TIME, 1.0 / len(DIAMETERS))
 
     @property
     def rates(self) -> tuple[Any, Array]:
-        """The drag law, and its factor over the mass with its numbers."""
+        """The drag law, and an array of its factor over the mass and its numbers."""
         system = self.problem.system
         law = system.force.drag_law
         return law, np.array([system.force.factor / float(system.mass), *law.numbers])
@@ -72,7 +73,7 @@ class Cloud:
     def flights(
         self, method: Any, steps: int, saves: int = 0, threads: int | None = None
     ) -> Flights:
-        """The flights in a number of steps from 0 to UNTIL."""
+        """The flights in `steps` steps from 0 to END_TIME."""
         q, v, t = self.starts()
         law, rates = self.rates
         return follow(
@@ -82,8 +83,8 @@ class Cloud:
             t,
             np.tile(rates, (t.size, 1)),
             law,
-            UNTIL / steps,
-            UNTIL,
+            END_TIME / steps,
+            END_TIME,
             gravity=GRAVITY,
             saves=saves,
             ground=self.ground,
@@ -96,15 +97,15 @@ def optical_depth(q: Array, diameter: float) -> Array:
 
     The model is axisymmetric, so that a super-particle stands for a ring. A ray in a plane through
     the axis sees tau = sum m / (m_grain 2 pi r) 2 (pi d^2 / 4) delta(distance to the ray), with a
-    triangle of half width BLUR for delta. Grains on the ground do not count.
+    triangle of half width RAY_HALF_WIDTH for delta. Grains on the ground do not count.
     """
     r, z = np.hypot(q[:, 0], q[:, 1]), q[:, 2]
-    along = np.subtract(TARGET, PILOT)
+    along = np.subtract(SIGHT_TARGET, PILOT_EYE)
     length = float(np.hypot(*along))
     e = along / length
-    ahead = (r - PILOT[0]) * e[0] + (z - PILOT[1]) * e[1]
-    aside = np.abs((r - PILOT[0]) * e[1] - (z - PILOT[1]) * e[0])
-    triangle = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
+    ahead = (r - PILOT_EYE[0]) * e[0] + (z - PILOT_EYE[1]) * e[1]
+    aside = np.abs((r - PILOT_EYE[0]) * e[1] - (z - PILOT_EYE[1]) * e[0])
+    triangle = np.maximum(0.0, 1.0 - aside / RAY_HALF_WIDTH) / RAY_HALF_WIDTH
     weight = triangle * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
     grain = SAND_DENSITY * math.pi * diameter**3 / 6.0
     area = EXTINCTION * math.pi * diameter**2 / 4.0

@@ -14,14 +14,14 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.brownout.cloud import (
-    BY_REYNOLDS,
-    CONSTANT,
+    CONSTANT_DRAG,
     DIAMETERS,
-    DRAG,
-    UNTIL,
+    DRAG_COEFFICIENTS,
+    END_TIME,
+    REYNOLDS_DRAG,
     Cloud,
 )
-from benchmarks.applications.brownout.statistics import answers, total
+from benchmarks.applications.brownout.statistics import particle_shares, total
 from benchmarks.statistics.timing import interleaved, once
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles, stored_rows
@@ -43,7 +43,7 @@ OTHER_DEGREES = (1, 4)  # degrees beside 2, at 100 micrometres
 EXPLANATION = (
     "Grains of sand in the wind of a landing rotor, from where the wind lifts them to the end or "
     "to the ground: eight to an instruction, each in a lane, step and iteration of its own, and "
-    f"the next one where one has landed. {STEPS} steps of {UNTIL / STEPS:g} s, fewer for grains "
+    f"the next one where one has landed. {STEPS} steps of {END_TIME / STEPS:g} s, fewer for grains "
     "that are lifted later; iterated to rounding. A pass evaluates wind and drag at every stage. "
     "Beside them a step of a single run of the same method, by galvi.integrate. What a cloud's "
     "optical depth gains from a high degree is in claim V25."
@@ -53,23 +53,23 @@ EXPLANATION = (
 def cost_of_clouds(
     quick: bool = False, report: Callable[[str], None] = lambda sentence: None
 ) -> pd.DataFrame:
-    """One row for each drag law, size and degree, in one thread, and for single runs.
+    """One row for each drag law, size and degree, in one thread.
 
-    passes        of the iteration, a step
-    microseconds  a step, of one thread
-    single        microseconds of a step of a single run over these; NaN where there is none
+    passes        passes of the iteration for each step
+    microseconds  microseconds for each step
+    single        ratio of the time of a step of a single run to this; NaN where there is none
     """
     n = QUICK_GRAINS if quick else GRAINS
-    cases = [(drag, d, 2) for drag in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
-    cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHER_DEGREES]
+    cases = [(drag, d, 2) for drag in (CONSTANT_DRAG, REYNOLDS_DRAG) for d in DIAMETERS]
+    cases += [(REYNOLDS_DRAG, 100e-6, s) for s in OTHER_DEGREES]
     calls: list[Callable[[], Any]] = []
     runs, singles = [], []
     for drag, diameter, degree in cases:
         report(f"{drag}, {diameter * 1e6:g} micrometres, degree {degree}")
         cloud = Cloud(diameter, drag, np.arange(n))
-        flown = partial(cloud.flights, _gauss(degree), STEPS, threads=1)
-        runs.append(flown())
-        calls += [flown, cloud.starts]
+        fly = partial(cloud.flights, _gauss(degree), STEPS, threads=1)
+        runs.append(fly())
+        calls += [fly, cloud.starts]
         singles.append(
             None if diameter not in SINGLE_DIAMETERS or degree != 2 else _single(drag, diameter)
         )
@@ -79,14 +79,14 @@ def cost_of_clouds(
     for (drag, diameter, degree), run, single in zip(cases, runs, singles, strict=True):
         steps = int(run.steps.sum())
         seconds = (next(times) - next(times)) / steps
-        by_itself = next(times) / STEPS if single else math.nan
+        single_seconds = next(times) / STEPS if single else math.nan
         rows.append(
             {
                 **_row(drag, diameter, degree, run),
                 "runs": CLOUD,
                 "threads": 1,
                 "microseconds": 1e6 * seconds,
-                "single": by_itself / seconds,
+                "single": single_seconds / seconds,
             }
         )
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -98,9 +98,9 @@ def _gauss(degree: int) -> galvi.Galerkin:
 
 def _single(drag: str, diameter: float) -> Callable[[], Any]:
     """A call of a single run of STEPS steps that does not reach the ground."""
-    problem = galvi.problems.brownout(diameter, drag_coefficient=DRAG[drag])
+    problem = galvi.problems.brownout(diameter, drag_coefficient=DRAG_COEFFICIENTS[drag])
     problem = problem.with_initial_state([12.0, 0.0, 3.0], [0.0, 0.0, 1.0])
-    return partial(galvi.integrate, problem, _gauss(2), UNTIL / STEPS, STEPS, save_every=STEPS)
+    return partial(galvi.integrate, problem, _gauss(2), END_TIME / STEPS, STEPS, save_every=STEPS)
 
 
 def _row(drag: str, diameter: float, degree: int, run: Any) -> dict[str, Any]:
@@ -117,8 +117,8 @@ def _row(drag: str, diameter: float, degree: int, run: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Part:
-    """A million grains of all sizes, a fifth of them of each; a size is a part."""
+class SizeRun:
+    """The run of one size of grains in a cloud of MILLION grains, equally many of each size."""
 
     diameter: float
     files: RowFiles
@@ -139,14 +139,14 @@ class Part:
         return self.files.read(self.name) is not None
 
     def run(self, report: Callable[[str], None]) -> None:
-        """Compute and write its row: microseconds of all threads together, starts included."""
+        """Compute and write its row; the time includes the starts, in all threads."""
         report(self.title)
         cloud = Cloud(self.diameter, grains=np.arange(MILLION // len(DIAMETERS)))
         replace(cloud, grains=np.arange(8)).flights(_gauss(2), STEPS)
         run, seconds = once(lambda: cloud.flights(_gauss(2), STEPS))
-        depth = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
+        depth = total(particle_shares({self.diameter: cloud}, _gauss(2), STEPS).depth)
         row = {
-            **_row(BY_REYNOLDS, self.diameter, 2, run),
+            **_row(REYNOLDS_DRAG, self.diameter, 2, run),
             "runs": CLOUD,
             "threads": processors(),
             "microseconds": 1e6 * seconds / int(run.steps.sum()),
@@ -159,10 +159,10 @@ class Part:
         self.files.write(self.name, pd.DataFrame([row], columns=list(COLUMNS)))
 
 
-def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
+def parts(studies: Path, report: Callable[[str], None]) -> list[SizeRun]:
     """The runs of the long form."""
     files, code = RowFiles(studies / FOLDER, COLUMNS, report), version()
-    return [Part(diameter, files, code) for diameter in DIAMETERS]
+    return [SizeRun(diameter, files, code) for diameter in DIAMETERS]
 
 
 stored = stored_rows(FOLDER, COLUMNS)

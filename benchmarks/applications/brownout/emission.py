@@ -1,4 +1,4 @@
-"""How the wind lifts grains from the ground: a threshold, a flux and its samples.
+"""Emission of grains from the ground by the wind: a threshold, a flux and its samples.
 
 Friction speed, from the wind U at 1 m above the ground by the law of the wall, with von Karman's
 constant 0.4 and a roughness of 1 mm:
@@ -31,32 +31,34 @@ from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import decay, rotor_wind
 from galvi.problems.brownout import AIR_DENSITY, GRAVITY, SAND_DENSITY
 
-KARMAN, ROUGHNESS, LEVEL = 0.4, 1e-3, 1.0  # the last two in m
-THRESHOLD, COHESION = 0.0123, 3e-4  # the latter in kg/s^2
-WHITE = 2.61
-ALPHA = 1e-3  # 1/m
-INNER, OUTER = 0.5, 20.0  # m, from the axis: there is no emission elsewhere
-ATTEMPTS = 2000  # to draw a grain
-PANELS = 400  # of the quadrature, in each direction
+KARMAN, ROUGHNESS, WALL_HEIGHT = 0.4, 1e-3, 1.0  # the last two in m
+THRESHOLD_FACTOR, COHESION = 0.0123, 3e-4  # the latter in kg/s^2
+FLUX_FACTOR = 2.61
+UPWARD_FRACTION = 1e-3  # 1/m
+INNER_RADIUS, OUTER_RADIUS = 0.5, 20.0  # m, from the axis: there is no emission elsewhere
+MOST_ATTEMPTS = 2000  # to draw a grain
+GRID_PANELS = 400  # panels of the quadrature in each direction
 
 
 def friction_speed(r: Any, t: Any) -> Any:
     """u* in m/s at a distance from the axis in m and a time in s."""
-    outwards = rotor_wind((r, 0.0 * r, LEVEL), decay(t))[0]
-    return KARMAN / math.log(LEVEL / ROUGHNESS) * np.abs(outwards)
+    outwards = rotor_wind((r, 0.0 * r, WALL_HEIGHT), decay(t))[0]
+    return KARMAN / math.log(WALL_HEIGHT / ROUGHNESS) * np.abs(outwards)
 
 
 def threshold(diameter: float) -> float:
     """u_t in m/s of grains of quartz in air, of a diameter in m."""
     weight = SAND_DENSITY * GRAVITY * diameter / AIR_DENSITY
-    return math.sqrt(THRESHOLD * (weight + COHESION / (AIR_DENSITY * diameter)))
+    return math.sqrt(THRESHOLD_FACTOR * (weight + COHESION / (AIR_DENSITY * diameter)))
 
 
-def upward_flux(speed: Any, diameter: float, alpha: float = ALPHA) -> Any:
+def upward_flux(speed: Any, diameter: float, alpha: float = UPWARD_FRACTION) -> Any:
     """alpha Q in kg / (m^2 s) at a friction speed; 0 below the threshold."""
     threshold_speed = threshold(diameter)
     ratio = threshold_speed / np.maximum(speed, threshold_speed)
-    return alpha * WHITE * AIR_DENSITY / GRAVITY * speed**3 * (1.0 - ratio) * (1.0 + ratio) ** 2
+    return (
+        alpha * FLUX_FACTOR * AIR_DENSITY / GRAVITY * speed**3 * (1.0 - ratio) * (1.0 + ratio) ** 2
+    )
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Emission:
     until
         s
     share
-        of the ground that they cover
+        fraction of the ground that they cover
     """
 
     diameter: float
@@ -84,41 +86,49 @@ class Emission:
 
     @property
     def mass(self) -> float:
-        """kg in all, by the midpoint rule, whose error is 1e-5 of it."""
-        return float(np.sum(_on_grid(self))) * (OUTER - INNER) * self.until / PANELS**2
+        """Total mass in kg, by the midpoint rule, to about 1e-5."""
+        return (
+            float(np.sum(_on_grid(self)))
+            * (OUTER_RADIUS - INNER_RADIUS)
+            * self.until
+            / GRID_PANELS**2
+        )
 
     def starts(self, grains: Any, seed: int = 1) -> tuple[Array, Array, Array]:
-        """q (n, 3), v (n, 3) and t (n,) of grains by their numbers (n,), each of the same mass.
+        """q (n, 3), v (n, 3) and t (n,) of grains with these numbers (n,), each of the same mass.
 
-        Radius and time are drawn by rejection.
+        Radius and time are sampled by rejection.
 
         Raises
         ------
         RuntimeError
-            Where nothing is lifted.
+            Where MOST_ATTEMPTS attempts do not suffice for a grain.
         """
         grains = np.asarray(grains, dtype=np.uint64)
         peak = 1.02 * float(np.max(_on_grid(self)))
         r, t, angle = (np.full(grains.shape, np.nan) for _ in range(3))
-        z = LEVEL * uniforms(grains, ATTEMPTS, seed)[0]
-        left = np.arange(grains.size)
-        for attempt in range(ATTEMPTS):
-            u = uniforms(grains[left], attempt, seed)
-            tried_r, tried_t = INNER + (OUTER - INNER) * u[0], self.until * u[1]
-            accepted = u[2] * peak < self.density(tried_r, tried_t)
-            now = left[accepted]
-            r[now], t[now], angle[now] = (
-                tried_r[accepted],
-                tried_t[accepted],
+        z = WALL_HEIGHT * uniforms(grains, MOST_ATTEMPTS, seed)[0]
+        pending = np.arange(grains.size)
+        for attempt in range(MOST_ATTEMPTS):
+            u = uniforms(grains[pending], attempt, seed)
+            drawn_r, drawn_t = (
+                INNER_RADIUS + (OUTER_RADIUS - INNER_RADIUS) * u[0],
+                self.until * u[1],
+            )
+            accepted = u[2] * peak < self.density(drawn_r, drawn_t)
+            new = pending[accepted]
+            r[new], t[new], angle[new] = (
+                drawn_r[accepted],
+                drawn_t[accepted],
                 2.0 * np.pi * u[3][accepted],
             )
-            left = left[~accepted]
-            if not left.size:
+            pending = pending[~accepted]
+            if not pending.size:
                 break
         else:
             raise RuntimeError(
-                f"no place and time was drawn for {left.size} grains of {self.diameter:g} m in "
-                f"{ATTEMPTS} attempts: the wind does not lift them, or hardly. Leave them out."
+                f"no place and time was drawn for {pending.size} grains of {self.diameter:g} m in "
+                f"{MOST_ATTEMPTS} attempts: the wind does not lift them, or hardly. Leave them out."
             )
         q = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
         v = np.zeros(q.shape)
@@ -128,7 +138,7 @@ class Emission:
 
 @lru_cache(maxsize=32)
 def _on_grid(emission: Emission) -> Array:
-    """The emission's density at the middles of PANELS x PANELS rectangles of radius and time."""
-    middles = (np.arange(PANELS) + 0.5) / PANELS
-    r = INNER + (OUTER - INNER) * middles
+    """The emission's density at the middles of a grid of GRID_PANELS^2 rectangles in (r, t)."""
+    middles = (np.arange(GRID_PANELS) + 0.5) / GRID_PANELS
+    r = INNER_RADIUS + (OUTER_RADIUS - INNER_RADIUS) * middles
     return emission.density(r[:, None], emission.until * middles[None, :])

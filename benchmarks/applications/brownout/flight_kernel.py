@@ -3,26 +3,26 @@
 A lane whose grain has landed, or has reached its last time, takes the next grain. Each lane is in
 its own step and iteration: a pass serves all eight, and none waits for another, so that a grain's
 numbers depend on nothing but the grain. A step leads to the next multiple of the grain's step; the
-first one, from the start, is shorter. Passes begin the following steps themselves: what is done
-here, lane by lane, is starts, contacts and ends.
+first one, from the start, may be shorter. Passes begin the following steps themselves; this module
+handles starts, contacts and ends, lane by lane.
 
 Contact with the ground z = 0: where the curve of a solved step comes down to it, or the step ends
-below it, the step is done anew up to the first root of the curve, or its end, and then, where
-asked, up to the root of its own end, by Newton's method: the curve is of order s + 1 inside the
-step, the end of order 2 s. A grain that moves upwards there goes on. Another stays, or its vertical
-velocity changes to -e times itself, and the rest of the step is done anew.
+below it, the step is repeated up to the first root of the curve, or its end, and then, if
+requested, up to the root of the repeated step's end, by Newton's method: the curve is of order
+s + 1 inside the step, the end of order 2 s. A grain that moves upwards there flies on. Another
+stays, or its vertical velocity is multiplied by -e, and the remaining step is solved again.
 
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
-constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step's end, and the last
+constants  (n, 2)    numbers of the drag law      counts  (n, 2)  the first step's end, and the last
                      time, in steps from 0; a grain whose first is beyond its last does not start
 numbers              as in benchmarks.applications.brownout.grain_pass
 rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
                      the step's end is found
-save_every           steps between saved places
+save_every           steps between saved positions
 ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
-codes      (n, 4)    how it ended, contacts, steps, passes
-saved      (n, r, 3) places after save_every k steps, k = 0, 1, ...; NaN before the start, after a
-           failure, and of a grain that does not start
+codes      (n, 4)    end (FLYING and following codes), contacts, steps, passes
+saved      (n, r, 3) positions after save_every k steps, k = 0, 1, ...; NaN before the start, after
+                     a failure, and of a grain that does not start
 """
 
 import math
@@ -40,7 +40,7 @@ from benchmarks.applications.brownout.grain_pass import (
     HAS_EARLIER,
     INDEX,
     LOWEST,
-    PASSES,
+    MOST_PASSES_A_STEP,
     PASSES_DONE,
     PUSH,
     SOLVED,
@@ -61,17 +61,19 @@ from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit, jit_inline
 from galvi.lanes.vectors import LANES
 
-FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
+FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; at the end 0: it has not started
 ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to
-SOLVES = 8  # most solves of one contact
-CONTACTS = 1000  # most of one grain
-DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
-SEARCH = 80  # halvings that find a root of the curve
-ROOT_TOLERANCE = 1e-15  # of the way down, at the root of the step's end
+MOST_SOLVES = 8  # of one contact
+MOST_CONTACTS = 1000  # of one grain
+EXTRA_SOLVES = 2 + MOST_CONTACTS * (
+    MOST_SOLVES + 2
+)  # more solves than the contacts of one grain can ask for
+HALVINGS = 80  # halvings that find a root of the curve
+ROOT_TOLERANCE = 1e-15  # of the height over the step, at the root of the step's end
 NO_GRAIN = -1
-WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
+FULL_STEP, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, TRIED_TWICE, MOST_PASSES = range(5)  # rows of `lane`
+GRAIN, PHASE, ROOTS, TRIED_TWICE, MOST_PASSES = range(5)  # rows of `lane`
 
 
 @jit_inline
@@ -87,8 +89,8 @@ def value_at(coefficients, tau):
 def first_root(coefficients, scratch):
     """The first root in (0, 1] of a polynomial that is positive at 0; 2 where there is none.
 
-    Between roots of its derivative it is monotone: these are found first, from the derivative of
-    the highest order on. scratch (3, at least size + 1): a derivative and its roots, and new ones.
+    Between roots of its derivative it is monotone, so that the roots of its derivatives are found
+    first, from the highest order on. scratch (at least 3, at least size + 1) is overwritten.
     """
     n = coefficients.size
     derivative, roots, new = scratch[0], scratch[1], scratch[2]
@@ -106,7 +108,7 @@ def first_root(coefficients, scratch):
             at_low, at_high = value_at(part, low), value_at(part, high)
             if (at_low > 0.0) != (at_high > 0.0):
                 a, b = low, high
-                for _ in range(SEARCH):
+                for _ in range(HALVINGS):
                     middle = 0.5 * (a + b)
                     if (value_at(part, middle) > 0.0) == (at_low > 0.0):
                         a = middle
@@ -122,7 +124,7 @@ def first_root(coefficients, scratch):
 
 
 @jit_inline
-def way_down(work, l, numbers, s, scratch):
+def contact_fraction(work, l, numbers, s, scratch):
     """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
     h, z, curve = work[H, l], work[Q + 2, l], curve_at(s)
     coefficients = scratch[3, : s + 1]
@@ -139,9 +141,9 @@ def way_down(work, l, numbers, s, scratch):
             return 0.0
         scratch[3, s + 1] = 0.0
         coefficients = scratch[3, 1 : s + 2]
-        less = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
+        correction = h * work[V + 2, l] - coefficients[0]  # as large as the curve's error
         coefficients[0] = h * work[V + 2, l]
-        coefficients[1] -= less  # so that the end is that of the curve
+        coefficients[1] -= correction  # so that the end is that of the curve
     lowest = coefficients[0]
     for m in range(1, coefficients.size):
         lowest += min(0.0, coefficients[m])
@@ -150,7 +152,7 @@ def way_down(work, l, numbers, s, scratch):
 
 @jit_inline
 def set_step(work, l, h, numbers, s):
-    """Begin the solve of a step of size h from the state in work."""
+    """Prepare the solve of a step of size h from the state in work."""
     work[H, l], work[STATE, l], work[TRIES, l] = h, GOES_ON, 0.0
     rate, nodes = numbers[rate_at(s)], nodes_at(s)
     start = math.exp(rate * work[TIME, l])
@@ -160,14 +162,14 @@ def set_step(work, l, h, numbers, s):
 
 @jit_inline
 def set_guess(work, l, s):
-    """Set all accelerations to 0, without those of an earlier step."""
+    """Set all accelerations to 0, and mark those of the step before as missing."""
     work[HAS_EARLIER, l] = 0.0
     for k in range(3 * s):
         work[DECAY + 2 * s + k, l] = 0.0
 
 
 @jit_inline
-def take(work, l):
+def advance(work, l):
     """Move the state to the end of the solved step."""
     for i in range(3):
         work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
@@ -177,8 +179,8 @@ def take(work, l):
 
 
 @jit_inline
-def enter(work, l, start, t, step, index, constants, numbers, s):
-    """Give a lane to a grain, whose first step ends at a multiple of the whole one."""
+def start_grain(work, l, start, t, step, index, constants, numbers, s):
+    """Give a lane to a grain; its first step ends at `index` times its step."""
     work[:, l] = 0.0
     for i in range(6):
         work[Q + i, l] = start[i]
@@ -192,49 +194,49 @@ def enter(work, l, start, t, step, index, constants, numbers, s):
 
 
 @jit_inline
-def leave(work, lane, l, how, ends, codes):
-    """Write the end of a grain and its counts, and free its lane."""
-    who = lane[WHO, l]
-    codes[who, 0] = how
-    codes[who, 2], codes[who, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
+def finish_grain(work, lane, l, outcome, ends, codes):
+    """Write the end and the counts of a grain, and set its lane idle."""
+    grain = lane[GRAIN, l]
+    codes[grain, 0] = outcome
+    codes[grain, 2], codes[grain, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
     for i in range(3):
-        ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
-        ends[who, IMPULSE + i] = work[PUSH + i, l]
-    ends[who, END_TIME] = work[TIME, l]
-    empty(work, lane, l)
+        ends[grain, i], ends[grain, 3 + i] = work[Q + i, l], work[V + i, l]
+        ends[grain, IMPULSE + i] = work[PUSH + i, l]
+    ends[grain, END_TIME] = work[TIME, l]
+    set_idle(work, lane, l)
 
 
 @jit_inline
-def empty(work, lane, l):
-    """Idle lanes integrate a resting particle with h = 0."""
+def set_idle(work, lane, l):
+    """Set a lane idle: it integrates a resting particle with h = 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
-    lane[WHO, l] = NO_GRAIN
+    lane[GRAIN, l] = NO_GRAIN
 
 
 @jit_inline
-def keep(saved, who, index, save_every, x, y, z):
+def save_at(saved, grain, index, save_every, x, y, z):
     """Save a position if the end of step `index` is a saved time."""
     if saved.shape[1] and index % save_every == 0 and index // save_every < saved.shape[1]:
         row = index // save_every
-        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+        saved[grain, row, 0], saved[grain, row, 1], saved[grain, row, 2] = x, y, z
 
 
 @jit_inline
-def fill(saved, who, index, save_every, x, y, z):
+def save_from(saved, grain, index, save_every, x, y, z):
     """Save a position at all saved times from the end of step `index` on."""
     for row in range((index + save_every - 1) // save_every, saved.shape[1]):
-        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+        saved[grain, row, 0], saved[grain, row, 1], saved[grain, row, 2] = x, y, z
 
 
 @jit_inline
-def after_step(work, lane, l, numbers, s, polish, scratch):
-    """ABOVE or DOWN after a solved step, or AGAIN where a step up to the ground has begun."""
+def after_step(work, lane, l, numbers, s, finds_root, scratch):
+    """ABOVE or DOWN after a solved step, or AGAIN where another solve was prepared."""
     h, phase = work[H, l], lane[PHASE, l]
-    if phase == WHOLE:
+    if phase == FULL_STEP:
         tau = 2.0
         if not work[LOWEST, l] > 0.0:  # also from the ground
-            tau = way_down(work, l, numbers, s, scratch)
+            tau = contact_fraction(work, l, numbers, s, scratch)
         low, speed = work[END + 2, l], work[END + 5, l]
         if tau > 1.0 and (low < 0.0 or (low == 0.0 and speed < 0.0)):  # the curve stays above
             tau = 1.0
@@ -251,7 +253,7 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
     lane[ROOTS, l] += 1
     z, speed = work[END + 2, l], work[END + 5, l]
     on_ground = abs(z) <= ROOT_TOLERANCE * (work[Q + 2, l] + h * abs(speed))
-    if polish > 0.0 and not on_ground and lane[ROOTS, l] < SOLVES and speed < 0.0:
+    if finds_root > 0.0 and not on_ground and lane[ROOTS, l] < MOST_SOLVES and speed < 0.0:
         longer = h - z / speed
         if longer >= work[TIME_LEFT, l]:  # not within the step
             lane[PHASE, l] = LAST_TRY
@@ -264,125 +266,129 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
 
 
 @jit_inline
-def touch(work, who, l, rules, ends, codes):
-    """Contact at the end of the step that was solved; returns FLYING, LANDED or BOUNCING."""
-    restitution, slow, _ = rules
+def make_contact(work, grain, l, rules, ends, codes):
+    """Apply a contact at the end of the solved step; returns FLYING, LANDED or BOUNCING."""
+    restitution, slowest, _ = rules
     h = work[H, l]
     if h > 0.0:
-        take(work, l)
+        advance(work, l)
     work[TIME, l] += h
     work[TIME_LEFT, l] -= h
     if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
         work[Q + 2, l] = max(work[Q + 2, l], 0.0)
         return FLYING
-    codes[who, 1] += 1
+    codes[grain, 1] += 1
     work[Q + 2, l] = 0.0
-    down = work[V + 2, l]
-    if restitution < 0.0 or not -restitution * down > slow:
+    vertical_velocity = work[V + 2, l]
+    if restitution < 0.0 or not -restitution * vertical_velocity > slowest:
         for i in range(3):
-            ends[who, CONTACT + i] -= work[V + i, l]
+            ends[grain, CONTACT + i] -= work[V + i, l]
             work[V + i, l] = 0.0
         return LANDED
-    work[V + 2, l] = -restitution * down
-    ends[who, CONTACT + 2] -= (1.0 + restitution) * down
-    return BOUNCING if codes[who, 1] >= CONTACTS else FLYING
+    work[V + 2, l] = -restitution * vertical_velocity
+    ends[grain, CONTACT + 2] -= (1.0 + restitution) * vertical_velocity
+    return BOUNCING if codes[grain, 1] >= MOST_CONTACTS else FLYING
 
 
 @jit_inline
-def go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
-    """After a pass that ends a lane's solve: FLYING, or how its grain has ended."""
+def after_solve(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
+    """Continue after a pass that ends a lane's solve; returns FLYING, or how its grain ended."""
     ends, codes, saved = records
-    who, index, solved = lane[WHO, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
-    if not solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
+    grain, index, is_solved = lane[GRAIN, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
+    if not is_solved and lane[TRIED_TWICE, l] == 0:  # once more, without an extrapolated guess
         lane[TRIED_TWICE, l] = 1
         set_guess(work, l, s)
         set_step(work, l, work[H, l], numbers, s)
         return FLYING
-    if not solved or work[PASSES_DONE, l] > lane[MOST_PASSES, l]:
+    if not is_solved or work[PASSES_DONE, l] > lane[MOST_PASSES, l]:
         for i in range(6):
             work[Q + i, l] = np.nan
-        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
+        save_from(saved, grain, index, save_every, np.nan, np.nan, np.nan)
         return FAILED
     lane[TRIED_TWICE, l] = 0
     event = after_step(work, lane, l, numbers, s, rules[2], scratch)
     if event == AGAIN:
         return FLYING
-    lane[PHASE, l] = WHOLE
+    lane[PHASE, l] = FULL_STEP
     if event == ABOVE:
-        keep(saved, who, index, save_every, work[END, l], work[END + 1, l], work[END + 2, l])
+        save_at(saved, grain, index, save_every, work[END, l], work[END + 1, l], work[END + 2, l])
         if index < last:
             return FLYING  # the next pass begins the next step
-        take(work, l)
+        advance(work, l)
         work[TIME, l] = index * work[STEP, l]
         return ALOFT
-    how = touch(work, who, l, rules, ends, codes)
-    if how == FLYING:
+    outcome = make_contact(work, grain, l, rules, ends, codes)
+    if outcome == FLYING:
         set_guess(work, l, s)
         set_step(work, l, work[TIME_LEFT, l], numbers, s)  # the rest, which may be 0
-    elif how == LANDED:
-        fill(saved, who, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
+    elif outcome == LANDED:
+        save_from(saved, grain, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
     else:
-        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
-    return how
+        save_from(saved, grain, index, save_every, np.nan, np.nan, np.nan)
+    return outcome
 
 
 @jit
 def fly(law, grains, s, numbers, rules, save_every, work, records):
-    """Do all flights of a batch, into ends, codes and saved."""
+    """Do all flights of a batch; writes ends, codes and saved."""
     starts, clocks, constants, counts = grains
     ends, codes, saved = records
     n = starts.shape[0]
     lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
-        empty(work, lane, l)
-    following, busy = 0, 0
+        set_idle(work, lane, l)
+    next_grain, busy = 0, 0
     while True:
-        if busy < LANES and following < n:
+        if busy < LANES and next_grain < n:
             for l in range(LANES):
-                while lane[WHO, l] == NO_GRAIN and following < n:
-                    who = following
-                    following += 1
-                    t, step = clocks[who, 0], clocks[who, 1]
-                    index, last = counts[who, 0], counts[who, 1]
+                while lane[GRAIN, l] == NO_GRAIN and next_grain < n:
+                    grain = next_grain
+                    next_grain += 1
+                    t, step = clocks[grain, 0], clocks[grain, 1]
+                    index, last = counts[grain, 0], counts[grain, 1]
                     for i in range(6):
-                        ends[who, i] = starts[who, i]
-                    ends[who, END_TIME] = t
+                        ends[grain, i] = starts[grain, i]
+                    ends[grain, END_TIME] = t
                     if index > last:
                         continue
                     if t == (index - 1) * step:
-                        keep(
+                        save_at(
                             saved,
-                            who,
+                            grain,
                             index - 1,
                             save_every,
-                            starts[who, 0],
-                            starts[who, 1],
-                            starts[who, 2],
+                            starts[grain, 0],
+                            starts[grain, 1],
+                            starts[grain, 2],
                         )
                     lane[:, l] = 0
-                    lane[WHO, l], lane[MOST_PASSES, l] = (
-                        who,
-                        (last - index + 1 + DISTURBED) * 2 * PASSES,
+                    lane[GRAIN, l], lane[MOST_PASSES, l] = (
+                        grain,
+                        (last - index + 1 + EXTRA_SOLVES) * 2 * MOST_PASSES_A_STEP,
                     )
-                    enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
+                    start_grain(
+                        work, l, starts[grain], t, step, index, constants[grain], numbers, s
+                    )
                     busy += 1
         if busy == 0:
             break
         call_void(law[0], work, numbers)
         for l in range(LANES):
-            who = lane[WHO, l]
-            if who == NO_GRAIN or work[STATE, l] == GOES_ON:
+            grain = lane[GRAIN, l]
+            if grain == NO_GRAIN or work[STATE, l] == GOES_ON:
                 continue
-            last = counts[who, 1]
-            how = go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records)
-            if how != FLYING:
-                leave(work, lane, l, how, ends, codes)
+            last = counts[grain, 1]
+            outcome = after_solve(
+                work, lane, l, numbers, s, rules, save_every, last, scratch, records
+            )
+            if outcome != FLYING:
+                finish_grain(work, lane, l, outcome, ends, codes)
                 busy -= 1
 
 
 @cache
 def compiled_fly():
-    """``fly`` compiled or cached, one kernel for all winds and drag laws."""
+    """The compiled or cached ``fly``, one kernel for all winds and drag laws."""
     signature = types.void(
         types.int64[::1],
         types.Tuple((MATRIX, MATRIX, MATRIX, types.int64[:, ::1])),

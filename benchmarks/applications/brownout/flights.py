@@ -31,8 +31,8 @@ from galvi.systems.forces.drag import DragLaw
 from galvi.tracing import code
 
 Codes = npt.NDArray[np.int64]
-HEAD = "from benchmarks.applications.brownout.grain_pass import grain_pass\n"
-GRAIN_PASS = """
+GRAIN_PASS_IMPORT = "from benchmarks.applications.brownout.grain_pass import grain_pass\n"
+GRAIN_PASS_SOURCE = """
 
 pass_of_grains = grain_pass(wind, drag, {s})
 
@@ -40,19 +40,22 @@ pass_of_grains = grain_pass(wind, drag, {s})
 def grain_pass_DIGEST(work, numbers):
     pass_of_grains(work, numbers)
 """
-ROTOR = "from galvi.kernels.forces.rotor_wind import rotor_wind as wind\n"
-BATCH = 4096  # grains of one call of the kernel
+ROTOR_WIND = "from galvi.kernels.forces.rotor_wind import rotor_wind as wind\n"
+BATCH_GRAINS = 4096  # most in one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
-FEW_POINTS = 2  # points up to which the accelerations of two steps are extrapolated to the next
-POINTS = 8  # most: the end of the curve in powers of the time errs by 4e-13 with 8, 2e-4 with 20
-STEPS = 10**9  # most
+TWO_STEP_POINTS = (
+    2  # points up to which the accelerations of two steps are extrapolated to the next
+)
+MOST_POINTS = 8  # the end of the curve in powers of the time errs by 4e-13 with 8, 2e-4 with 20
+MOST_STEPS = 10**9
 WAITING, ALOFT, LANDED, FAILED, BOUNCING = range(5)
 STATUSES = (
     "not started: its time is the end or after it",
     "aloft at the end",
     "stays on the ground",
     "the stage equations were not solved: take a shorter step",
-    f"{flight.CONTACTS} contacts before the end: give Ground a larger slowest, or an earlier until",
+    f"{flight.MOST_CONTACTS} contacts before the end: give Ground a larger slowest, or an earlier "
+    "until",
 )
 
 
@@ -63,12 +66,13 @@ class Ground:
     Attributes
     ----------
     restitution
-        vertical speed after a contact over that before; None: a grain stays where it lands
+        ratio of the vertical speed after a contact to that before; None: a grain stays where it
+        lands
     slowest
-        m/s; a grain that would leave the ground no faster stays
+        m/s; a grain that would leave the ground at this speed or slower stays
     exact
         whether the time of contact is the root of the end of a shortened step, of order 2 s with s
-        points, or that of the curve of the whole step, of order s + 1
+        points; otherwise that of the curve of the full step, of order s + 1
     """
 
     restitution: float | None = None
@@ -97,22 +101,21 @@ class Flights:
     Attributes
     ----------
     status
-        (n,) index of STATUSES
+        (n,) index in STATUSES
     t, q, v
-        (n,), (n, 3) the last time and state: at the end, at the last contact, at the start of a
-        grain that waits; where equations were not solved, the time at which that step starts, and
-        NaN
+        (n,), (n, 3) the last time and state: at the end, at the last contact, or at the start of a
+        grain that does not start; where equations were not solved, the start of that step, and NaN
     drag : array, shape (n, 3)
         impulse of the drag over the mass, m/s
     contact : array, shape (n, 3)
         impulses of the ground over the mass
     contacts, steps, passes
-        (n,) how many; passes of the iteration
+        (n,) numbers of contacts, steps and passes of the iteration
     places : array, shape (n, k, 3)
-        at the saved times; NaN before the start, after a failure or the last contact allowed, and
-        of a grain that does not start
+        positions at the saved times; NaN before the start, after a failure or the last contact
+        allowed, and of a grain that does not start
     success
-        (n,) aloft at the end, on the ground to stay, or not started
+        (n,) whether it is aloft at the end, stays on the ground, or did not start
     """
 
     status: Codes
@@ -145,7 +148,7 @@ def follow(
     gravity: float,
     saves: int = 0,
     ground: Ground = Ground(),
-    wind: str = ROTOR,
+    wind: str = ROTOR_WIND,
     tolerance: float = TOLERANCE,
     threads: int | None = None,
 ) -> Flights:
@@ -158,8 +161,8 @@ def follow(
     q0, v0 : array, shape (n, 3)
         in m and m/s, z above the ground or on it with an upward velocity
     t0 : array, shape (n,)
-        starts in s, from 0 on; a grain that would start at the end, but for rounding, or after it
-        does not
+        times of the starts in s, from 0 on; a grain does not start whose time is the end, up to
+        rounding, or after it
     rates : array, shape (n, 1 + numbers of the drag law)
         none negative: factor over mass, then the law's numbers
     step
@@ -168,11 +171,12 @@ def follow(
     saves
         positions are saved at the ends of this number of equal parts of ``until``, and at 0
     tolerance
-        of the iteration: the change of the last pass, or that expected of one more, relative to the
-        velocities; it also ends where a change below 1e-11 is more than half the last
+        tolerance of the iteration: for the change of the last pass, or the expected one of the
+        next, relative to the velocities; it also ends where a change below 1e-11 is at least half
+        the one before
     wind
-        the lines that define ``wind`` in lanes, see brownout.grain_pass; also evaluated below the
-        ground, to which a step may lead before it is repeated up to the contact
+        source lines that define ``wind`` in lanes, see brownout.grain_pass; it is also evaluated
+        below the ground, where a step may end before it is repeated up to the contact
 
     Raises
     ------
@@ -198,10 +202,10 @@ def follow(
     if t0.ndim != 1:
         raise ValueError(f"t0 must have shape (grains,); received shape {t0.shape}.")
     n = t0.size
-    steps = _steps(step, until, saves, n)
+    steps = _step_counts(step, until, saves, n)
     _check_starts(q0, v0, t0, rates, drag, n)
     starts = np.concatenate([q0, v0], axis=1)
-    clocks, counts = _clocks(t0, until, steps)
+    clocks, counts = _times_and_counts(t0, until, steps)
     constants = np.zeros((n, 2))
     constants[:, : rates.shape[1]] = rates
     restitution = -1.0 if ground.restitution is None else float(ground.restitution)
@@ -225,7 +229,7 @@ def follow(
             (ends[part], codes[part], places[part]),
         )
 
-    _do(batch, _batches(steps), threads)
+    _run_batches(batch, _batches(steps), threads)
     del kept_alive
     return Flights(
         codes[:, 0],
@@ -241,8 +245,9 @@ def follow(
     )
 
 
-def _do(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> None:
-    """Do all batches; after Ctrl-C no new one begins."""
+def _run_batches(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> None:
+    """Run all batches in threads; after Ctrl-C no new one begins, and KeyboardInterrupt is
+    raised."""
     with defer_interrupts() as pressed:
 
         def run_batch(part: Any) -> None:
@@ -256,27 +261,31 @@ def _do(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> 
 
 
 def _batches(steps: Codes) -> list[Any]:
-    """Slices of at most BATCH grains with steps of one size."""
+    """Slices of at most BATCH_GRAINS grains with steps of one size."""
     changes = np.flatnonzero(np.diff(steps)) + 1
-    edges = np.unique(np.concatenate([[0], changes, np.arange(0, len(steps), BATCH), [len(steps)]]))
+    edges = np.unique(
+        np.concatenate([[0], changes, np.arange(0, len(steps), BATCH_GRAINS), [len(steps)]])
+    )
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
-def _clocks(t0: Array, until: float, steps: Codes) -> tuple[Array, Codes]:
+def _times_and_counts(t0: Array, until: float, steps: Codes) -> tuple[Array, Codes]:
     """Start and step (n, 2); the first step's end and the last time, in steps from 0, (n, 2).
 
-    A start is at the end of a step where it is so to rounding: k / n may not be k (1 / n).
+    A start at the end of a step to rounding is moved there: k / n may differ from k (1 / n).
     """
-    sizes, waits = until / steps, t0 >= until
-    t = np.where(waits, 0.0, t0)
+    sizes, never_starts = until / steps, t0 >= until
+    t = np.where(never_starts, 0.0, t0)
     nearest = np.rint(t / sizes)
     t = np.where(np.abs(t - nearest * sizes) <= 4.0 * np.spacing(t), nearest * sizes, t)
     first = nearest + (nearest * sizes <= t)
-    first = np.where(waits, steps + 1, first).astype(np.int64)
-    return np.stack([np.where(waits, t0, t), sizes], axis=1), np.stack([first, steps], axis=1)
+    first = np.where(never_starts, steps + 1, first).astype(np.int64)
+    return np.stack([np.where(never_starts, t0, t), sizes], axis=1), np.stack(
+        [first, steps], axis=1
+    )
 
 
-def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
+def _step_counts(step: float | Array, until: float, saves: int, n: int) -> Codes:
     """The number of steps from 0 to the end, (n,)."""
     until = input_checks.positive("until", until)
     sizes = input_checks.array("step", step)
@@ -289,19 +298,19 @@ def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
         raise ValueError(
             f"step must be positive; received {float(np.min(sizes))!r}. Give it in seconds."
         )
-    if np.any(sizes < until / STEPS):
+    if np.any(sizes < until / MOST_STEPS):
         raise ValueError(
-            f"step must be at least until / {STEPS:.0e}; received {float(np.min(sizes))!r} for "
-            f"{until!r}. Take a longer one."
+            f"step must be at least until / {MOST_STEPS:.0e}; received {float(np.min(sizes))!r} "
+            f"for {until!r}. Take a longer one."
         )
     sizes = np.broadcast_to(sizes, (n,))
     counts = np.rint(until / sizes).astype(np.int64)
     fits = np.abs(counts * sizes - until) <= 1e-9 * until
     if not np.all(fits & (counts % max(1, saves) == 0)):
-        wrong = float(sizes[~(fits & (counts % max(1, saves) == 0))][0])
+        size = float(sizes[~(fits & (counts % max(1, saves) == 0))][0])
         raise ValueError(
             f"step must be a whole fraction of until and of its {max(1, saves)} saved parts; "
-            f"received {wrong!r} for {until!r}. Take until / n with n a multiple of saves."
+            f"received {size!r} for {until!r}. Take until / n with n a multiple of saves."
         )
     return counts
 
@@ -336,9 +345,10 @@ def _check_method(method: Galerkin) -> None:
     if not isinstance(method, Galerkin):
         raise TypeError(f"method must be a galvi.Galerkin; received {shown(method)}.")
     s = method.stages
-    if s > POINTS:
+    if s > MOST_POINTS:
         raise ValueError(
-            f"grains take at most {POINTS} points; received {s}. Take fewer, and a shorter step."
+            f"grains take at most {MOST_POINTS} points; received {s}. Take fewer, and a "
+            "shorter step."
         )
     if method.space != Polynomials(s) or method.rule.degree != 2 * s - 1:
         raise ValueError(
@@ -349,7 +359,7 @@ def _check_method(method: Galerkin) -> None:
 
 @lru_cache(maxsize=32)
 def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
-    """The address of a compiled pass, and the function, which must outlive the address."""
+    """The address of a compiled pass, and the function, which must be kept while it is used."""
     lines = f"from galvi.kernels.forces.rotor_wind import {drag} as drag\n"
     function = compiled_grain_pass(wind, lines, s)
     return addresses((function, PASS_OF_GRAINS)), function
@@ -362,10 +372,10 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     (A, _), (B, _) = integrals_of(table)
     # the integrals of the polynomials through the stages, by powers of tau
     powers = np.linalg.inv(np.vander(table.c, increasing=True)) / np.arange(1, s + 1)[:, None]
-    once = _extrapolation(table.c, 1.0 + table.c)
-    twice = np.concatenate([np.zeros((s, s)), once], axis=1)
-    if s <= FEW_POINTS:
-        twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
+    from_one_step = _extrapolation(table.c, 1.0 + table.c)
+    from_two_steps = np.concatenate([np.zeros((s, s)), from_one_step], axis=1)
+    if s <= TWO_STEP_POINTS:
+        from_two_steps = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
     parts = (
         B,
         A @ B,
@@ -373,14 +383,14 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
         table.b,
         [-gravity, tolerance, -1.0 / DESCENT_TIME],
         powers,
-        once,
-        twice,
+        from_one_step,
+        from_two_steps,
     )
     return np.concatenate([np.ravel(part) for part in parts])
 
 
 def _extrapolation(times: Array, new_times: Array) -> Array:
-    """Values of a polynomial at new times, from those at as many times as coefficients."""
+    """The matrix from values of a polynomial of degree n - 1 at n times to those at new times."""
     n = len(times)
     return np.vander(new_times, n, increasing=True) @ np.linalg.inv(
         np.vander(times, n, increasing=True)
@@ -389,8 +399,12 @@ def _extrapolation(times: Array, new_times: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
-    """`brownout.grain_pass` of s stages, of the lines that define ``wind`` and ``drag``,
+    """`brownout.grain_pass` of s stages, with source lines that define ``wind`` and ``drag``;
     compiled at the first call."""
-    of_pass = f"# {stamp(grain_pass.__file__)}\n"  # which compiled code on disk depends on too
-    source = code.with_digest(of_pass + HEAD + wind + drag + GRAIN_PASS.format(s=s))
+    version_line = (
+        f"# {stamp(grain_pass.__file__)}\n"  # part of the digest, as cached code depends on it
+    )
+    source = code.with_digest(
+        version_line + GRAIN_PASS_IMPORT + wind + drag + GRAIN_PASS_SOURCE.format(s=s)
+    )
     return code.functions(source)["grain_pass"]

@@ -1,4 +1,4 @@
-"""One pass of the stage equations of eight grains, one in each lane, as vector instructions.
+"""A pass of the stage equations of eight grains, one in each lane, in vector instructions.
 
 A grain moves by v' = g - k w, with w = v - wind(q, t) and a rate k = k(|w|). With as many points as
 coefficients the stage equations are, for accelerations a_j at the stages,
@@ -7,12 +7,12 @@ coefficients the stage equations are, for accelerations a_j at the stages,
     a_j = g - k(|w_j|) w_j.
 
 A pass is a step of Newton's method with one derivative for all stages and without that of the wind:
--k across the mean w and -(k + |w| k') along it. What is left shrinks by a factor of the order of h
+-k across the mean w and -(k + |w| k') along it. The error shrinks by a factor of the order of h
 times the wind's gradient, however short the grain's relaxation time 1 / k is, and two systems of s
 equations are solved instead of one of 3 s.
 
-In lanes whose STATE is not GOES_ON a pass first begins the next step; the caller resets STATE where
-something else comes first.
+In lanes whose STATE is not GOES_ON a pass first begins the next step; a caller that prepares
+another solve sets STATE to GOES_ON.
 
 wind        (q, decay) -> 3 values, and
 drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.lanes.elementary
@@ -40,21 +40,30 @@ from galvi.lanes.functions import Reciprocals
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, Lanes
 
-Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, HAS_EARLIER = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
+Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, HAS_EARLIER = (
+    0,
+    3,
+    6,
+    7,
+    9,
+    10,
+    11,
+    12,
+)  # first row of each quantity
 END = 13  # q and v at the step's end
 DRAG = 19  # impulse of the drag over the mass
-LOWEST = 22  # a height that no point of the curve is below
+LOWEST = 22  # a lower bound of the curve's height
 INDEX, STEP = 23, 24  # the step's end is at their product
 TIME, TIME_LEFT = 25, 26  # at the state, and from there to the step's end
-STEPS_TAKEN, PASSES_DONE, PUSH = 27, 28, 29  # and the sum of DRAG over the steps
+STEPS_TAKEN, PASSES_DONE, PUSH = 27, 28, 29  # PUSH: sum of DRAG over the steps
 DECAY = 32  # exp(-t / DESCENT) at the stages, then its ratio to that at the start of a whole step,
 # s each; then accelerations at the stages, and where HAS_EARLIER is 1 those of the step before,
 # 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
-PASSES = 64  # of one step
-PART = 0.999  # of a step: what is shorter is the rest of one
-SMALL = 3e-13  # below this a change is assumed to shrink on at its last rate
-ROUNDING = 1e-11  # changes below this that are not halved are taken for rounding errors of the wind
+MOST_PASSES_A_STEP = 64  # at most
+FULL_STEP_FRACTION = 0.999  # of a step: a shorter one is the remainder of a step
+SMALL_CHANGE = 3e-13  # smaller changes are assumed to shrink further at their last rate
+ROUNDING_CHANGE = 1e-11  # smaller changes that are not halved are rounding errors of the wind
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
 TINY = 1e-300
 
@@ -82,8 +91,8 @@ def curve_at(s):
     return 2 * s * s + 2 * s + 3
 
 
-def solved(B, z, right):
-    """x with (1 + z B) x = r for each r of several right-hand sides, all lanes.
+def solutions(B, z, right):
+    """x with (1 + z B) x = r for each right-hand side r, in all lanes.
 
     No pivoting is needed for z >= 0 and the matrices B of Gauss points: the leading minors of
     1 + z B are positive.
@@ -108,10 +117,10 @@ def solved(B, z, right):
     return sides
 
 
-def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
-    """New accelerations, the accelerations by the forces at the old ones, and the relative change.
+def newton_step(wind, drag, s, q, v, h, constants, decay, a, tables):
+    """Corrected accelerations, those by the forces at the given ones, and the relative change.
 
-    q, v (3,) at the start, h; decay (s,), a (s, 3): lanes, or arrays of any one shape
+    q, v (3,) at the start, h, decay (s,) and a (s, 3) are lanes, or arrays of one shape.
     """
     B, AB, c, b, g = tables
     axes, stages = range(3), range(s)
@@ -128,12 +137,12 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
         forced.append([-rate * wj[0], -rate * wj[1], g - rate * wj[2]])
     mean = [total(b, [w[j][i] for j in stages]) for i in axes]
     across, steeper = h * total(b, rates), h * total(b, slopes)
-    share = inverse(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
-    missing = [[forced[j][i] - a[j][i] for i in axes] for j in stages]
-    along = [share * total(mean, missing[j]) for j in stages]
-    crosswise = [[missing[j][i] - along[j] * mean[i] for j in stages] for i in axes]
-    aside = solved(B, across, crosswise)
-    (ahead,) = solved(B, across + steeper, [along])
+    inverse_square = inverse(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
+    residual = [[forced[j][i] - a[j][i] for i in axes] for j in stages]
+    along = [inverse_square * total(mean, residual[j]) for j in stages]
+    crosswise = [[residual[j][i] - along[j] * mean[i] for j in stages] for i in axes]
+    aside = solutions(B, across, crosswise)
+    (ahead,) = solutions(B, across + steeper, [along])
     new, change = [], 0.0
     for j in stages:
         step = [aside[i][j] + ahead[j] * mean[i] for i in axes]
@@ -145,7 +154,7 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
     return new, forced, abs(h) * change * inverse(size)
 
 
-def outcome(s, q, v, h, a, forced, tables, curve):
+def end_of_step(s, q, v, h, a, forced, tables, curve):
     """The end of a solved step.
 
     a, forced (s, 3): accelerations at the stages, and those by the forces before a was corrected
@@ -171,13 +180,13 @@ def outcome(s, q, v, h, a, forced, tables, curve):
 def state_of(change, last, tries, tolerance):
     """GOES_ON, SOLVED or GIVEN_UP, from the changes of this pass and the last one; in lanes.
 
-    A small change is the last one where the next would be below the tolerance, as they shrink.
+    A step is also solved where a small change predicts that the next one is below the tolerance.
     """
-    shrunk = (change <= SMALL) & (change * change <= tolerance * last)
-    stands = (change <= ROUNDING) & (change >= 0.5 * last)
-    solved = (change <= tolerance) | ((tries > 1.0) & (shrunk | stands))
-    may_go_on = (change < math.inf) & (tries < PASSES)
-    return where(solved, SOLVED, where(may_go_on, GOES_ON, GIVEN_UP))
+    will_converge = (change <= SMALL_CHANGE) & (change * change <= tolerance * last)
+    is_rounding = (change <= ROUNDING_CHANGE) & (change >= 0.5 * last)
+    is_solved = (change <= tolerance) | ((tries > 1.0) & (will_converge | is_rounding))
+    may_go_on = (change < math.inf) & (tries < MOST_PASSES_A_STEP)
+    return where(is_solved, SOLVED, where(may_go_on, GOES_ON, GIVEN_UP))
 
 
 def total(factors, values):
@@ -189,7 +198,7 @@ def total(factors, values):
 
 
 class Rows:
-    """The rows of work, and the numbers, in an intrinsic for s stages."""
+    """Access to the rows of work, and to the numbers, in an intrinsic for s stages."""
 
     def __init__(self, s, context, builder, work, numbers):
         self.s, self.builder, self.work, self.numbers = s, builder, work.data, numbers.data
@@ -221,7 +230,7 @@ class Rows:
         return [[self.number(k + columns * j + i) for i in range(columns)] for j in range(self.s)]
 
 
-def begin_next_step(rows, ready, rate, once, twice):
+def begin_next_step(rows, ready, rate, from_one_step, from_two_steps):
     """Begin the next step in the lanes that are ready for it.
 
     Parameters
@@ -230,7 +239,7 @@ def begin_next_step(rows, ready, rate, once, twice):
         -1 / DESCENT
     once, twice
         coefficients of the accelerations at its stages, from those of one step or of two; after a
-        part of a step those at its last stage are taken
+        shortened step the accelerations at its last stage are the guess
     """
     s = rows.s
     last, before, has_earlier = (
@@ -239,14 +248,14 @@ def begin_next_step(rows, ready, rate, once, twice):
         rows.at(HAS_EARLIER),
     )
     h, index, step = rows.at(H), rows.at(INDEX), rows.at(STEP)
-    full_step, time = h > PART * step, index * step
-    left = (index + 1.0) * step - time
+    is_full_step, time = h > FULL_STEP_FRACTION * step, index * step
+    time_left = (index + 1.0) * step - time
     start = exp(rate * time)
     ratios = [rows.at(DECAY + s + j) for j in range(s)]
     guess = [
-        total(twice[j], [a[i] for a in before + last])
-        .where(has_earlier > 0.0, total(once[j], [a[i] for a in last]))
-        .where(full_step, last[-1][i])
+        total(from_two_steps[j], [a[i] for a in before + last])
+        .where(has_earlier > 0.0, total(from_one_step[j], [a[i] for a in last]))
+        .where(is_full_step, last[-1][i])
         for j in range(s)
         for i in range(3)
     ]
@@ -255,11 +264,11 @@ def begin_next_step(rows, ready, rate, once, twice):
     new = {
         Q: rows.axes(END),
         V: rows.axes(END + 3),
-        H: [left],
+        H: [time_left],
         TRIES: [has_earlier.same(0.0)],
-        HAS_EARLIER: [has_earlier.same(1.0).where(full_step, 0.0)],
+        HAS_EARLIER: [has_earlier.same(1.0).where(is_full_step, 0.0)],
         INDEX: [index + 1.0],
-        TIME: [time, left],
+        TIME: [time, time_left],
         STEPS_TAKEN: [steps_taken],
         PUSH: push,
         DECAY: [start * x for x in ratios],
@@ -278,14 +287,14 @@ def grain_pass(wind, drag, s):
         signature = types.void(work, numbers)
 
         def generate(context, builder, signature, values):
-            kinds = signature.args
+            array_types = signature.args
             work, numbers = (
-                context.make_array(kinds[k])(context, builder, values[k]) for k in range(2)
+                context.make_array(array_types[k])(context, builder, values[k]) for k in range(2)
             )
             builder.reciprocals = Reciprocals(context, builder)
             rows = Rows(s, context, builder, work, numbers)
             at, number, block = rows.at, rows.number, rows.block
-            nodes, of_rate, curve = (f.py_func(s) for f in (nodes_at, rate_at, curve_at))
+            nodes, rate_index, curve = (f.py_func(s) for f in (nodes_at, rate_at, curve_at))
             tables = (
                 block(0, s),
                 block(s * s, s),
@@ -293,13 +302,16 @@ def grain_pass(wind, drag, s):
                 [number(nodes + s + j) for j in range(s)],
                 number(nodes + 2 * s),
             )
-            tolerance, rate = number(of_rate - 1), number(of_rate)
+            tolerance, rate = number(rate_index - 1), number(rate_index)
             ready = at(STATE) > GOES_ON
             with builder.if_then(ready.any):
-                once, twice = block(curve + s * s, s), block(curve + 2 * s * s, 2 * s)
-                begin_next_step(rows, ready, rate, once, twice)
+                from_one_step, from_two_steps = (
+                    block(curve + s * s, s),
+                    block(curve + 2 * s * s, 2 * s),
+                )
+                begin_next_step(rows, ready, rate, from_one_step, from_two_steps)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
-            new, forced, change = corrected(
+            new, forced, change = newton_step(
                 wind,
                 drag,
                 s,
@@ -317,7 +329,7 @@ def grain_pass(wind, drag, s):
             rows.put(STATE, [state, tries, change])
             rows.put(PASSES_DONE, [at(PASSES_DONE) + 1.0])
             with builder.if_then((state > GOES_ON).any):
-                end, lowest = outcome(s, q, v, h, new, forced, tables, block(curve, s))
+                end, lowest = end_of_step(s, q, v, h, new, forced, tables, block(curve, s))
                 rows.put(END, [*end, lowest])
             return context.get_dummy_value()
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.brownout.cloud import DIAMETERS, UNTIL, Cloud, optical_depth
+from benchmarks.applications.brownout.cloud import DIAMETERS, END_TIME, Cloud, optical_depth
 from benchmarks.applications.brownout.emission import Emission
 from benchmarks.applications.brownout.flights import FAILED, Flights
 from benchmarks.statistics.estimate import Estimate
@@ -24,15 +24,15 @@ DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
-    """The shares of the super-particles in the statistics, (sizes, n), to be summed.
+class ParticleShares:
+    """The shares (sizes, n) of the super-particles in the statistics, which are their sums.
 
     Attributes
     ----------
     work
-        passes of the iteration times stages: evaluations of the wind
+        number of evaluations of the wind: passes of the iteration times stages
     unsolved
-        grains whose step equations were not solved, and whose shares are NaN
+        number of grains whose step equations were not solved; their shares are NaN
     """
 
     depth: Array
@@ -42,18 +42,18 @@ class Answers:
 
     @property
     def grains(self) -> float:
-        """Super-particles of all sizes."""
+        """The number of super-particles of all sizes."""
         return float(self.depth.size)
 
-    def of(self, quantity: str) -> Array:
+    def shares_in(self, quantity: str) -> Array:
         """The shares in DEPTH or HEIGHT."""
         return self.depth if quantity == DEPTH else self.height
 
 
-def answers(clouds: Mapping[float, Cloud], method: Any, steps: int) -> Answers:
-    """The answers of clouds by diameter, with the same number of super-particles each."""
+def particle_shares(clouds: Mapping[float, Cloud], method: Any, steps: int) -> ParticleShares:
+    """Run clouds, by diameter, with the same number of super-particles each; returns the shares."""
     runs = {diameter: cloud.flights(method, steps) for diameter, cloud in clouds.items()}
-    return Answers(
+    return ParticleShares(
         np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
         np.array([_height(run, clouds[d]) for d, run in runs.items()]),
         float(sum(run.passes.sum() for run in runs.values())) * method.stages,
@@ -67,8 +67,8 @@ def _depth(run: Flights, cloud: Cloud) -> Array:
 
 
 def _height(run: Flights, cloud: Cloud) -> Array:
-    """Shares in the height of all lifted mass, 0 for grains on the ground."""
-    masses = [Emission(d, UNTIL, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
+    """Shares in the height of the centre of all lifted mass, 0 for grains on the ground."""
+    masses = [Emission(d, END_TIME, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
     return cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
 
 

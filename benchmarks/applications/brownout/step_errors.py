@@ -7,90 +7,100 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.applications.brownout.cloud import DIAMETERS, UNTIL, Cloud
+from benchmarks.applications.brownout.cloud import DIAMETERS, END_TIME, Cloud
 from benchmarks.applications.brownout.cost_at import cost_at
-from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT, Answers, answers, total
+from benchmarks.applications.brownout.statistics import (
+    DEPTH,
+    HEIGHT,
+    ParticleShares,
+    particle_shares,
+    total,
+)
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.refinement import collocation
 from benchmarks.statistics.estimate import Estimate
 from benchmarks.store.frames import number, row, series
 from benchmarks.store.frames import rows as rows_of
 
-COMPARED = {  # degree: numbers of steps
+COMPARED_STEPS = {  # degree: numbers of steps
     1: (96, 128, 160, 192, 224, 256, 320, 384),
     2: (48, 56, 64, 80, 96, 128, 192),
     3: (24, 32, 48, 64),
     4: (24, 32, 48, 96),
 }
-TOO_LONG = {1: 48, 2: 24, 3: 16}  # steps that leave grains unsolved
+TOO_FEW_STEPS = {1: 48, 2: 24, 3: 16}  # steps that leave grains unsolved
 FINEST = (4, 768)
 QUICK_FINEST = (4, 384)
 WORK = "evaluations of the wind a grain"
 UNSOLVED = "grains whose steps were not solved"
-SAMPLING, OF_STEP, GRAINS = "standard error", "error of the step", "super-particles"
+SAMPLING, STEP_ERROR, GRAINS = "standard error", "error of the step", "super-particles"
 
 
 def step_errors(
     make_method: MakeMethod, quick: bool, grains: int, report: Report
 ) -> list[dict[str, Any]]:
-    """DEPTH and HEIGHT of grains of each size with their SAMPLING errors, and of each run OF_STEP
-    with `SAMPLING of it`, named in `study`; WORK and UNSOLVED."""
+    """Rows of the study of step errors.
+
+    DEPTH and HEIGHT of the finest run with their SAMPLING errors and numbers of GRAINS; for each
+    other run the STEP_ERROR of both with its standard error; WORK and UNSOLVED. The statistic is
+    named in `study`.
+    """
     clouds = {diameter: Cloud(diameter, grains=np.arange(grains)) for diameter in DIAMETERS}
     s, steps = QUICK_FINEST if quick else FINEST
     report(f"statistics, degree {s} in {steps} steps")
-    best, rows = answers(clouds, collocation(make_method, s), steps), []
+    finest, rows = particle_shares(clouds, collocation(make_method, s), steps), []
     for quantity in (DEPTH, HEIGHT):
-        statistic = total(best.of(quantity))
+        statistic = total(finest.shares_in(quantity))
         values = {
             quantity: statistic.value,
             SAMPLING: statistic.uncertainty or 0.0,
-            GRAINS: best.grains,
+            GRAINS: finest.grains,
         }
         rows += rows_of(values, study=quantity)
-    for s, steps in (*compared(), *TOO_LONG.items()):
+    for s, steps in (*compared(), *TOO_FEW_STEPS.items()):
         report(f"statistics, degree {s} in {steps} steps")
-        run = answers(clouds, collocation(make_method, s), steps)
-        where = {"n": s + 1, "steps": steps, "step": UNTIL / steps}
-        rows.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **where))
-        if TOO_LONG.get(s) == steps:
+        run = particle_shares(clouds, collocation(make_method, s), steps)
+        columns = {"n": s + 1, "steps": steps, "step": END_TIME / steps}
+        rows.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **columns))
+        if TOO_FEW_STEPS.get(s) == steps:
             continue
-        where["status"] = f"{run.unsolved} grains failed" if run.unsolved else ""
+        columns["status"] = f"{run.unsolved} grains failed" if run.unsolved else ""
         for quantity in (DEPTH, HEIGHT):
-            rows += _error_of_step(quantity, run, best, where)
+            rows += _error_of_step(quantity, run, finest, columns)
         work = run.work / (grains * len(DIAMETERS))
-        rows.append(row(study=WORK, quantity=WORK, value=work, **where))
+        rows.append(row(study=WORK, quantity=WORK, value=work, **columns))
     return rows
 
 
 def compared() -> list[tuple[int, int]]:
     """Degree and number of steps of each run."""
-    return [(s, steps) for s, several in COMPARED.items() for steps in several]
+    return [(s, steps) for s, step_counts in COMPARED_STEPS.items() for steps in step_counts]
 
 
 def _error_of_step(
-    quantity: str, run: Answers, best: Answers, where: dict[str, Any]
+    quantity: str, run: ParticleShares, best: ParticleShares, where: dict[str, Any]
 ) -> list[dict[str, Any]]:
-    """The error of the step, and its own standard error."""
-    difference = total(run.of(quantity) - best.of(quantity))
-    values = {OF_STEP: difference.value, f"{SAMPLING} of it": difference.uncertainty or 0.0}
+    """The rows of the error of the step and of its standard error."""
+    difference = total(run.shares_in(quantity) - best.shares_in(quantity))
+    values = {STEP_ERROR: difference.value, f"{SAMPLING} of it": difference.uncertainty or 0.0}
     return rows_of(values, study=quantity, **where)
 
 
 def sampling_error(table: pd.DataFrame, quantity: str, grains: float | None = None) -> float:
-    """The standard error with a number of grains; None: with those of the study."""
+    """The standard error of a statistic with a number of grains; None: the number of the study."""
     n = number(table, study=quantity, quantity=GRAINS)
     error = number(table, study=quantity, quantity=SAMPLING)
     return error * float(np.sqrt(n / (grains or n)))
 
 
 def cost_of(table: pd.DataFrame, quantity: str, s: int, level: float) -> Estimate:
-    """Evaluations for a grain with which the error of the step is at the level."""
-    several = [
+    """Evaluations of the wind for each grain at which the error of the step is at the level."""
+    steps_and_errors = [
         series(table, "steps", study=study, quantity=name, n=s + 1)[1][::-1]
         for study, name in (
             (WORK, WORK),
-            (quantity, OF_STEP),
+            (quantity, STEP_ERROR),
             (quantity, f"{SAMPLING} of it"),
         )
     ]
-    return cost_at(level, *several)
+    return cost_at(level, *steps_and_errors)

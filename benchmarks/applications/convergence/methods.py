@@ -9,7 +9,7 @@ from typing import Any
 
 import galvi
 from benchmarks.applications.convergence.own_class import OwnIntegrator
-from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
+from benchmarks.applications.external.integrator import TIME_LIMIT, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
 from benchmarks.work_precision.galvi_methods import InClock, Variational, gauss_collocation
 from benchmarks.work_precision.own_problem import FIXED, ladder, peers, tolerances
@@ -22,14 +22,14 @@ from references.setting import COUNT_TOLERANCE
 
 DEGREES = (2, 4, 8)  # of galvi's methods where none are named
 FEWEST_STEPS = 20  # steps of an integrator that offers its settings
-FEW_COUNTS = 6  # numbers of steps that were tried, to which those between are added
-HALVINGS = 12  # of a step in a clock, until a run comes to its end
+LEAST_RUNGS = 6  # fewer tried numbers of steps are refined by those between
+HALVINGS = 12  # of a step in a clock, at most, until a run reaches its end
 
 Methods = Mapping[str, Contender]
 
 
 @contextmanager
-def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Methods]:
+def opened(request: ConvergenceRequest, timeout: float = TIME_LIMIT) -> Iterator[Methods]:
     """The contenders of a request by their names; processes of integrators end with the context.
 
     Parameters
@@ -40,7 +40,8 @@ def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Meth
     Raises
     ------
     ValueError, ContenderError, ModuleNotFoundError
-        In a sentence, for a method that is not there or does not solve the problem.
+        With a sentence, for a method that does not exist, cannot run or does not solve the problem,
+        and for two methods with one name.
     """
     problem = request.problem
     methods: dict[str, Contender] = {}
@@ -125,13 +126,16 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
         return [{**fixed(duration, count), **options} for count in counts]
     rungs = ladder(problem, duration, contender, truth, options=options)
     counts = [setting["save_every"] for setting in rungs]
-    while 1 < len(counts) < FEW_COUNTS:  # a high order falls to round-off in a few halvings
+    while 1 < len(counts) < LEAST_RUNGS:  # a high order falls to round-off in a few halvings
         counts = sorted({*counts, *(round((a * b) ** 0.5) for a, b in pairwise(counts))})
     return [{**fixed(duration, count), **options} for count in counts]
 
 
 def _counts(request: ConvergenceRequest) -> Sequence[int]:
-    """Numbers of equal steps, increasing; none where they are to be found by trying."""
+    """The requested numbers of equal steps, increasing for sizes; empty where none are requested.
+
+    ValueError for a size that does not go into the duration.
+    """
     for h in request.sizes:
         count = max(1, round(request.duration / h))
         if abs(request.duration / h - count) > COUNT_TOLERANCE * count:
@@ -144,7 +148,10 @@ def _counts(request: ConvergenceRequest) -> Sequence[int]:
 
 
 def _clock_steps(request: ConvergenceRequest, contender: InClock) -> Sequence[float]:
-    """Steps in the clock, decreasing: the requested ones, or about as many as requested."""
+    """Steps in the clock: the requested sizes, or steps that give about the requested numbers.
+
+    ValueError where no run in the clock reaches the end.
+    """
     if request.sizes:
         return request.sizes
     counts = request.counts or tuple(FEWEST_STEPS * 2**k for k in range(6))

@@ -20,8 +20,11 @@ from galvi import Problem, Trajectory
 
 @dataclass(frozen=True, eq=False)
 class OwnIntegrator:
-    """A contender that runs in this process, with the same checks of what it returns as
-    `external.integrator.ExternalIntegrator`; one that raises has a failed run."""
+    """A contender that runs in this process.
+
+    Its runs are checked like those of `external.integrator.ExternalIntegrator`; where it raises,
+    the run is a failed one.
+    """
 
     name: str
     integrator: Any
@@ -30,7 +33,10 @@ class OwnIntegrator:
 
     @classmethod
     def of(cls, name: str, integrator: Any) -> OwnIntegrator:
-        """Raises ContenderError for a class that cannot be made, or lacks a required member."""
+        """The contender of a class or an instance.
+
+        Raises ContenderError for a class that cannot be constructed or lacks a required member.
+        """
         if isinstance(integrator, type):
             try:
                 integrator = integrator()
@@ -48,7 +54,7 @@ class OwnIntegrator:
 
     @property
     def order(self) -> float | None:
-        """The declared order; None where there is none."""
+        """The declared order; None where there is none or it is no positive number."""
         order = getattr(self.integrator, "order", None)
         return float(order) if is_positive(order) else None
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.measures.defects import kept_components, largest_changes, map_symplecticity_defect
-from benchmarks.statistics.orders import BOUND, RESOLVED, orders
+from benchmarks.statistics.orders import BOUND, RESOLVED_RATIO, orders
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
 from benchmarks.work_precision.galvi_methods import InClock, Variational
@@ -33,14 +33,11 @@ COLUMNS = (
     "symplecticity", "seconds", "evaluations", "outcome", "setting", "steps", "fit", "theory",
     "note",
 )  # fmt: skip
-STATES = 128  # states, at most, in which changes of invariants are looked for
-ROUNDS, ROUND_SECONDS, QUICK_ROUND_SECONDS = (
-    3,
-    0.05,
-    0.01,
-)  # rounds of timing, and seconds of a setting in each
+STATES = 128  # largest number of states of equal steps at which invariants are compared
+TIMING_ROUNDS = 3
+ROUND_SECONDS, QUICK_ROUND_SECONDS = 0.05, 0.01  # of a setting in each round
 COMPLETED, FAILED = "completed", "failed"
-ORDER_DISTANCE = 0.25  # of an order from that of theory
+ORDER_DISTANCE = 0.25  # of an order from the theoretical one
 TRUTH_NOTE = "the truth"  # note of the run that is the truth
 
 
@@ -52,10 +49,10 @@ class _Measured:
     setting: Setting
     run: Trajectory
     call: Any
-    warm: float
-    times: int = 1
+    warm_seconds: float
+    repeats: int = 1
     timing: Timing | None = None
-    why: str = ""
+    failure: str = ""
 
 
 def order_table(
@@ -75,30 +72,35 @@ def order_table(
     order          between this error and the one before
     fitted         the order fitted to the rows with `fit`; fitted_se its standard error; see
                    `benchmarks.statistics.orders.RULE`
-    energy         largest change at the states kept, up to STATES, relative to its size; at the end
-                   alone for a code that chooses its steps; NaN where the motion does not keep it
-    momentum       likewise of the components of angular and linear momentum that the motion keeps
+    energy         largest change at up to STATES states, at all steps in a clock and at the end
+                   alone for a code that chooses its steps, relative to its size; NaN where the
+                   motion does not conserve it
+    momentum       the same for the components of angular and linear momentum that the motion
+                   conserves
     symmetry       distance from the start after the run and another back from its end
     symplecticity  defect of one step from the start, relative
     seconds        median of interleaved rounds, of runs that are lengthened where they are short
                    and the motion keeps its energy, so that later parts take as long
-    evaluations    of the force; NaN where the code does not count
+    evaluations    number of evaluations of the force; NaN where the code does not count
     outcome        completed or failed
-    setting        as text; steps, the number of steps; fit, whether the fit rests on the row
-    theory         the method's order as it is known or declared; NaN where it is not
-    note           why the fit does not rest on the row, or why the run failed
+    setting        the setting as text; steps: the number of steps; fit: whether the fit uses the
+                   row
+    theory         the method's theoretical or declared order; NaN where it is unknown
+    note           reason why the fit does not use the row, or why the run failed
     """
     motion = accurate_motion(problem, duration, truth)
     conserved = {} if motion is None else kept_components(motion)
-    lengthened = bool(conserved.get("energy", np.array([False]))[0])
+    is_lengthened = bool(conserved.get("energy", np.array([False]))[0])
     measured = []
     for participant in participants:
         for setting in participant.settings:
             report(f"{participant.label}, {readable_setting(setting)}")
-            measured.append(_first_run(problem, duration, participant, setting, lengthened, quick))
+            measured.append(
+                _first_run(problem, duration, participant, setting, is_lengthened, quick)
+            )
     report("times")
     _time(measured, quick)
-    away = state_distance(problem, (truth.end, truth.momenta), motion)
+    error_of = state_distance(problem, (truth.end, truth.momenta), motion)
     rows = []
     for measurement in measured:
         report(
@@ -108,14 +110,15 @@ def order_table(
         if truth.source == (measurement.participant.contender.name, row["setting"]):
             row["note"] = TRUTH_NOTE
         elif measurement.run.success:
-            row["error"] = away((measurement.run.q[-1], measurement.run.p[-1]))
+            row["error"] = error_of((measurement.run.q[-1], measurement.run.p[-1]))
         rows.append(row)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     return _with_orders(table, size_of(problem, truth.end), truth.error)
 
 
 def remarks(table: pd.DataFrame) -> list[str]:
-    """A sentence for each method whose order is not that of theory."""
+    """A sentence for each method whose fitted order differs from the theoretical one by more than
+    ORDER_DISTANCE and five standard errors."""
     sentences = []
     for name, rows in table.groupby("method", sort=False):
         order, error, theory = rows[["fitted", "fitted_se", "theory"]].iloc[0]
@@ -132,39 +135,45 @@ def _first_run(
     duration: float,
     participant: Participant,
     setting: Setting,
-    lengthened: bool,
+    is_lengthened: bool,
     quick: bool,
 ) -> _Measured:
-    """The run whose states are kept, and the call that is timed, of the last state alone.
+    """Run a setting; returns its run, with states in between, and a call to time, without these.
 
     Parameters
     ----------
-    lengthened
+    is_lengthened
         whether a short run is timed by a longer one, since its later parts take as long
     """
     contender = participant.contender
     call = call_of(contender, problem, duration, setting)
-    last, warm = warmed(call)
-    measured = _Measured(participant, setting, last, call, warm)
+    last, warm_seconds = warmed(call)
+    measured = _Measured(participant, setting, last, call, warm_seconds)
     if not last.success:
-        measured.why = last.status
+        measured.failure = last.status
         return measured
     with_states = _with_states(contender, setting)
     if with_states is not setting:
         run = contender.run(problem, duration, with_states)
         if run.success:
             measured.run = replace(run, counts=last.counts)
-    if lengthened:
+    if is_lengthened:
         least_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
-        longer = repeated_run(contender, problem, duration, setting, warm, least_seconds)
+        longer = repeated_run(contender, problem, duration, setting, warm_seconds, least_seconds)
         if not longer.failure:
-            measured.call, measured.warm, measured.times = longer.call, longer.seconds, longer.times
+            measured.call, measured.warm_seconds, measured.repeats = (
+                longer.call,
+                longer.seconds,
+                longer.times,
+            )
     return measured
 
 
 def _with_states(contender: Any, setting: Setting) -> Setting:
-    """The setting that keeps states at up to STATES step ends; itself for a code that chooses its
-    steps, whose states in between are interpolated."""
+    """The setting that saves states at up to STATES step ends, in a clock at all.
+
+    The setting itself for a code that chooses its steps, as it interpolates states in between.
+    """
     if isinstance(contender, InClock):
         return {"step": setting["step"], "save_every": 1}
     if "step" not in setting:
@@ -175,13 +184,13 @@ def _with_states(contender: Any, setting: Setting) -> Setting:
 
 
 def _time(measured: Sequence[_Measured], quick: bool) -> None:
-    timed = [measurement for measurement in measured if not measurement.why]
+    timed = [measurement for measurement in measured if not measurement.failure]
     timings = interleaved(
         [measurement.call for measurement in timed],
-        ROUNDS,
+        TIMING_ROUNDS,
         QUICK_ROUND_SECONDS if quick else ROUND_SECONDS,
-        [measurement.warm for measurement in timed],
-        [measurement.times > 1 for measurement in timed],
+        [measurement.warm_seconds for measurement in timed],
+        [measurement.repeats > 1 for measurement in timed],
     )
     for measurement, timing in zip(timed, timings, strict=True):
         measurement.timing = timing
@@ -196,19 +205,19 @@ def _row(
         measurement.participant.contender,
         measurement.run.counts,
     )
-    equal_steps = "step" in measurement.setting
+    has_equal_steps = "step" in measurement.setting
     row: dict[str, Any] = {
         "method": measurement.participant.label,
-        "h": measurement.setting["step"] if equal_steps else math.nan,
+        "h": measurement.setting["step"] if has_equal_steps else math.nan,
         "outcome": COMPLETED if run.success else FAILED,
         "setting": readable_setting(measurement.setting),
-        "theory": _theory(contender, measurement.setting) if equal_steps else math.nan,
+        "theory": _theory(contender, measurement.setting) if has_equal_steps else math.nan,
         "steps": float(counts.get("steps", measurement.setting.get("save_every", math.nan))),
         "evaluations": float(counts.get("force_evaluations", math.nan)),
-        "seconds": measurement.timing.seconds / measurement.times
+        "seconds": measurement.timing.seconds / measurement.repeats
         if measurement.timing
         else math.nan,
-        "note": measurement.why,
+        "note": measurement.failure,
     }
     if not run.success:
         return row
@@ -221,15 +230,16 @@ def _row(
             measurement.setting["step"],
             len(run.t) - 1,
         )
-    elif equal_steps:
+    elif has_equal_steps:
         row["symmetry"] = _round_trip(problem, duration, measurement)
-    if equal_steps:
+    if has_equal_steps:
         row["symplecticity"] = _symplecticity(problem, measurement)
     return row
 
 
 def _theory(contender: Any, setting: Setting) -> float:
-    """The theoretical order of a method, its option "order" where it has one; NaN if unknown."""
+    """The theoretical or declared order of a method; with further options in its setting, the
+    option "order". NaN if unknown."""
     if isinstance(contender, InClock):
         return float(contender.method.order)
     if setting.keys() - {"step", "save_every"}:
@@ -246,24 +256,27 @@ def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
 
 
 def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> float:
-    """Distance from the start after a run from the end and back; NaN where that fails."""
+    """Distance from the start after a run back from the end; NaN where that fails."""
     _, distance = measure_of(problem)
     contender: Any = measurement.participant.contender
     setting = {**measurement.setting, "step": -measurement.setting["step"]}
     run = measurement.run
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
 
-    def away() -> float:
-        # a failure is no fault
+    def distance_from_start() -> float:
+        # `trial`: a failure here is no fault of the integrator
         returned = getattr(contender, "trial", contender.run)(back, -duration, setting)
         return distance(returned.q[-1], problem.q0) if returned.success else math.nan
 
-    return _or_nan(away)
+    return _or_nan(distance_from_start)
 
 
 def _symplecticity(problem: Problem, measurement: _Measured) -> float:
-    """The defect of a step from the start: by galvi in clocks, whose phase space includes the time,
-    and in frames, whose runs take longer; otherwise by differences of runs."""
+    """The defect of a step from the start, by differences of runs; NaN where it is not defined.
+
+    In clocks, whose phase space includes the time, and in frames, where runs take longer, it is
+    galvi's own.
+    """
     contender, h = measurement.participant.contender, measurement.setting["step"]
     if isinstance(contender, InClock) or (
         isinstance(contender, Variational) and contender.method.in_frame
@@ -279,11 +292,13 @@ def _symplecticity(problem: Problem, measurement: _Measured) -> float:
 
 
 def _with_orders(table: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:
-    """The table with the columns of orders of each method's equal steps."""
+    """The table with the columns fit, order, fitted and fitted_se of each method's equal steps."""
     table["fit"] = False
     table[["order", "fitted", "fitted_se"]] = np.nan
-    bound = table["h"].isna() & (table["error"] <= RESOLVED * truth_error) & (table["note"] == "")
-    table.loc[bound, "note"] = BOUND
+    is_bound = (
+        table["h"].isna() & (table["error"] <= RESOLVED_RATIO * truth_error) & (table["note"] == "")
+    )
+    table.loc[is_bound, "note"] = BOUND
     for _, rows in table.groupby("method", sort=False):
         fine = rows[rows["h"].notna()].sort_values("h", ascending=False)
         if fine.empty:

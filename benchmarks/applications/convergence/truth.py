@@ -1,4 +1,4 @@
-"""The truth of an order table: given, exact, or the finest pair of runs."""
+"""The truth of an order table: passed by the user, by a named code, or the best one found."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from benchmarks.work_precision.own_problem import tolerances
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import EPS, Truth
 from benchmarks.work_precision.truths import (
-    LOOSER,
+    LOOSER_FACTOR,
     TRUTHS,
     Report,
     best_truth,
@@ -30,13 +30,15 @@ DEGREE = 8  # of galvi's pair, where no method of a higher order is compared
 
 
 def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Report) -> Truth:
-    """The configuration at the end, with its error and where it is from.
+    """The true configuration at the end, with its error and its source.
 
     Raises
     ------
     ValueError
-        For a truth of another shape, of a code that does not reach the end, and where there is
-        none.
+        For a function that raises or returns another shape, a code that takes equal steps or does
+        not reach the end, and where there is no truth.
+    ModuleNotFoundError
+        For a code that is not installed.
     """
     problem, duration, truth = request.problem, request.duration, request.truth
     if isinstance(truth, str):
@@ -81,7 +83,9 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
     report(f"truth: {contender.name}")
     has_setting = contender.name in TRUTHS
     tight = truth_setting(contender, problem) if has_setting else tolerances(contender)[-1]
-    looser = {k: LOOSER * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")}
+    looser = {
+        k: LOOSER_FACTOR * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")
+    }
     runs = []
     for setting in ({**tight, **looser}, tight):
         run = contender.run(problem, duration, {"samples": 1, **setting})
@@ -91,7 +95,7 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
     end = runs[-1].q[-1]
     error = max(distance(runs[0].q[-1], end), EPS * max(1.0, float(np.max(np.abs(end)))))
     how = (
-        f"by its difference from itself at {LOOSER:g} times the tolerance"
+        f"by its difference from itself at {LOOSER_FACTOR:g} times the tolerance"
         if looser
         else ("to rounding")
     )

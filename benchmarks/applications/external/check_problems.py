@@ -32,24 +32,25 @@ class CheckProblem:
     problem
         the problem
     duration
-        states are compared after half and after all of it, in the problem's unit of time
+        in the problem's unit of time; states are compared half way and at the end
     truth
-        the contender that gives the truth, at `setting`
+        the contender that computes the true states, at `setting`
     size
-        of the configurations, over which errors that show an order are measured
+        size of the configurations: errors are divided by it to measure an order
     floor
-        such an error below which rounding or the truth's own error dominates
+        relative error below which rounding or the truth's own error dominates
     ordered
-        the least order of convergence that its errors show: any of a nonlinear motion on one time
-        scale; infinite for none
+        lowest order of convergence that is measured on this problem: 0 for a nonlinear motion on
+        one time scale, infinite where no order can be measured
     conserved
-        which of `benchmarks.applications.external.loading.CONSERVED` the motion conserves
+        the quantities of `benchmarks.applications.external.loading.CONSERVED` that the motion
+        conserves
     long
-        duration of the conservation run: some twenty periods, never a whole number
+        duration of the conservation run: about twenty periods, not a whole number of them
     watched
-        the problem of that run, where it starts elsewhere: a regular motion
+        the problem of the conservation run; None where it is `problem`
     energy
-        the energy: (problem, q, p) -> (k,)
+        function (problem, q, p) -> energies (k,)
     """
 
     problem: Problem
@@ -65,13 +66,13 @@ class CheckProblem:
     energy: Callable[[Problem, Array, Array], Array] = independent_invariants.hamiltonian
 
     def states(self) -> Trajectory:
-        """The truth at the start, at half of the duration and at its end."""
+        """Return the truth at the start, half way and at the end."""
         return self.truth.run(self.problem, self.duration, {"samples": 2, **self.setting})
 
 
-BOTH = ("energy", "angular momentum")
+ENERGY_AND_MOMENTUM = ("energy", "angular momentum")
 CHECK_PROBLEMS = (
-    CheckProblem(galvi.problems.kepler(0.3), 5.0, KEPLER, conserved=BOTH),
+    CheckProblem(galvi.problems.kepler(0.3), 5.0, KEPLER, conserved=ENERGY_AND_MOMENTUM),
     CheckProblem(galvi.problems.harmonic_oscillator(0.5), 5.0, OSCILLATOR, ordered=np.inf),
     # Tight is within 1e-12 of itself with a tenth of the tolerance.
     CheckProblem(galvi.problems.driven_oscillator(), 5.0, DOP853, TIGHT, conserved=()),
@@ -80,14 +81,14 @@ CHECK_PROBLEMS = (
         galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT,
         energy=independent_invariants.henon_heiles,
     ),
-    CheckProblem(PAIR, 5.0, KEPLER, conserved=BOTH),
+    CheckProblem(PAIR, 5.0, KEPLER, conserved=ENERGY_AND_MOMENTUM),
     # After eight turns of Jupiter low orders need short steps, and rounding is up to 1e-10 in 1e5
     # steps; the truth is within 4e-12 of `references.stored.planets`, which has no state half way.
     CheckProblem(
         galvi.problems.outer_solar_system(), 36_525.0, DOP853, TIGHT, floor=1e-9, ordered=6.0,
-        conserved=BOTH, long=20.3 * 4332.6,
+        conserved=ENERGY_AND_MOMENTUM, long=20.3 * 4332.6,
     ),
-    CheckProblem(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, conserved=BOTH),
+    CheckProblem(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, conserved=ENERGY_AND_MOMENTUM),
     CheckProblem(galvi.problems.pendulum_3d(), 5.0, STORED_ATTITUDE),
     CheckProblem(
         galvi.problems.double_pendulum(rates=(0.5, -0.7)), 1.0, CHAIN_DOP853, TIGHT, long=40.3,

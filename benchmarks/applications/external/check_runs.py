@@ -3,13 +3,14 @@
 Rows of the tidy table, the problem in `study` and the setting in `label`:
 
 ERROR     largest component of the configuration's error at the end, at the coarsest, a middle and
-          the finest of its settings; status when the run failed
-OFF       largest error of q, and of p, there, at half time and at the end, relative to the largest
-          distance of the truth from the start; for N bodies that of the worst body, and of one
-          that rests over that of the system
-CLAIMED   the error it claims there
-REPEAT    largest difference of any number of two runs at the coarsest
-ELSEWHERE the same, the second run in another process
+          the finest setting; the status has the reason where the run failed
+RELATIVE_ERRORS
+          largest error of q, and of p, at half time and at the end of these runs, relative to the
+          largest distance of the truth from the start. For N bodies it is that of the worst body;
+          the error of a body at rest is divided by the distance of the whole system
+CLAIMED   the error that the integrator claims for these runs
+REPEAT    largest difference of a component of q or p between two runs at the coarsest setting
+ELSEWHERE the same, where the second run is in another process
 ORDER     errors at steps that show its order, see `external.order_runs`
 energy, angular momentum, LONG, CUT
           relative changes at times t, one longest run, and one that is also started half way, see
@@ -17,9 +18,10 @@ energy, angular momentum, LONG, CUT
 REVERSED, ROUNDING
           a run forwards and back, see `external.reversed_runs`
 NOT_REVERSED, NOT_CUT
-          in place of these where nothing can be run; status says why
-GROWTH    MB that repeated runs at the coarsest leave in memory; NaN where they would take too long
-FAILED    number of failed runs and answers; status names them
+          instead of REVERSED and CUT where such a run is not possible; the status has the reason
+GROWTH    MB by which memory grows in repeated runs at the coarsest setting; NaN where they would
+          take too long
+FAILED    number of failed runs and answers; the status names them
 """
 
 from __future__ import annotations
@@ -43,17 +45,18 @@ from galvi.arrays import Array
 ERROR, CLAIMED, FAILED, GROWTH = "error", "claimed error", "failed", "memory that its runs leave"
 REPEAT = "difference of two equal runs"
 ELSEWHERE = "difference of equal runs of two processes"
-SHARE = 1.0 / 3.0  # of the limit of time, that of a run that may be repeated
-RESTS = 1e-13  # change of a body at rest, over the size of all states: round-off
-OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
+REPEATABLE_FRACTION = 1.0 / 3.0  # of the time limit: longer runs are not repeated
+RELATIVE_REST = 1e-13  # change over the size of all states up to which a body rests: round-off
+RELATIVE_ERRORS = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
 
 Rows = Iterator[dict[str, Any]]
 
 
 @dataclass(eq=False)
 class Runs:
-    """The runs of an external integrator, each method those of a check on a problem that it
-    supports. What several checks need is run once.
+    """The runs of an external integrator on problems that it supports.
+
+    Each public method yields the rows of one check. Runs that several checks need are made once.
     """
 
     external: ExternalIntegrator
@@ -62,30 +65,31 @@ class Runs:
     _coarsest: dict[CheckProblem, CheckedRun] = field(default_factory=dict)
     _long: dict[CheckProblem, LongRun | None] = field(default_factory=dict)
 
-    def anew(self) -> Runs:
-        """Runs for a separate measurement, with the truths and the long runs made so far."""
+    def for_another_measurement(self) -> Runs:
+        """Return empty runs that keep the truths, and the long runs that were requested."""
         long_runs = {
             check: long for check, long in self._long.items() if long and long.checked.requested
         }
         return replace(self, _settings={}, _coarsest={}, _long=long_runs)
 
     def settings(self, check: CheckProblem) -> Sequence[Mapping[str, Any]]:
-        """Its settings on the problem, from coarse to fine; empty, and a fault, for no answer."""
+        """Its settings on the problem, from coarse to fine; empty, with a fault, without an
+        answer."""
         if check not in self._settings:
             self._settings[check] = self.external.settings(
                 check.problem, check.duration, FEWEST_STEPS
             )
         return self._settings[check]
 
-    def answers(self, check: CheckProblem) -> Rows:
-        """No rows; asks about the problem and makes the coarsest run, whose failures are counted in
-        `failures`."""
+    def make_coarsest_run(self, check: CheckProblem) -> Rows:
+        """Yield no rows: make the coarsest run where the problem is supported, so that `failures`
+        counts the faults."""
         if self.external.supports(check.problem) and self.settings(check):
             self.coarsest(check)
         yield from ()
 
     def failures(self, check: CheckProblem) -> dict[str, Any]:
-        """Row FAILED: what failed on the problem so far."""
+        """Return row FAILED, with the faults recorded on the problem until now."""
         return row(
             study=check.problem.name,
             quantity=FAILED,
@@ -94,41 +98,43 @@ class Runs:
         )
 
     def coarsest(self, check: CheckProblem) -> tuple[Mapping[str, Any], CheckedRun]:
-        """Its coarsest setting, with states half way and at the end, and its run there."""
+        """Return the coarsest setting, with states half way and at the end, and its run."""
         setting = sampled(check.duration, self.settings(check)[0], 2)
         if check not in self._coarsest:
             self._coarsest[check] = self.external.checked(check.problem, check.duration, setting)
         return setting, self._coarsest[check]
 
     def errors(self, check: CheckProblem) -> Rows:
-        """Rows ERROR, OFF and CLAIMED."""
+        """Rows ERROR, RELATIVE_ERRORS and CLAIMED."""
         settings, problem, duration = self.settings(check), check.problem, check.duration
         if not settings:
             return
         truth = self._truth(check)
-        chosen = sorted({0, len(settings) // 2, len(settings) - 1})
-        halved = [sampled(duration, settings[k], 2) for k in chosen]
+        indices = sorted({0, len(settings) // 2, len(settings) - 1})
+        halved = [sampled(duration, settings[k], 2) for k in indices]
         for label, setting in {
             readable_setting(chosen_setting): chosen_setting for chosen_setting in halved
         }.items():
-            first = setting is halved[0]
+            is_coarsest = setting is halved[0]
             checked = (
                 self.coarsest(check)[1]
-                if first
+                if is_coarsest
                 else (self.external.checked(problem, duration, setting))
             )
             run = checked.run
-            where = {"study": problem.name, "label": label, "t": duration}
-            off = float(np.max(np.abs(run.q[-1] - truth.q[-1]))) if run.success else float("nan")
-            yield row(quantity=ERROR, value=off, status=failure(run), **where)
+            columns = {"study": problem.name, "label": label, "t": duration}
+            error = float(np.max(np.abs(run.q[-1] - truth.q[-1]))) if run.success else float("nan")
+            yield row(quantity=ERROR, value=error, status=failure(run), **columns)
             for quantity, states, exact in zip(
-                OFF.values(), (run.q, run.p), (truth.q, truth.p), strict=True
+                RELATIVE_ERRORS.values(), (run.q, run.p), (truth.q, truth.p), strict=True
             ):
-                share = _off(problem, states, exact) if run.success else float("nan")
-                yield row(quantity=quantity, value=share, status=failure(run), **where)
+                relative_error = (
+                    _relative_error(problem, states, exact) if run.success else float("nan")
+                )
+                yield row(quantity=quantity, value=relative_error, status=failure(run), **columns)
             claimed = self.external.claimed_error(problem, duration, setting)
             if claimed is not None:
-                yield row(quantity=CLAIMED, value=claimed, **where)
+                yield row(quantity=CLAIMED, value=claimed, **columns)
 
     def repeated(self, check: CheckProblem) -> Rows:
         """Rows REPEAT and ELSEWHERE."""
@@ -138,8 +144,8 @@ class Runs:
         run = checked.run
         if not run.success:
             return
-        both = ((REPEAT, self.external), (ELSEWHERE, self.external.twin()))
-        for quantity, external in both:
+        processes = ((REPEAT, self.external), (ELSEWHERE, self.external.twin()))
+        for quantity, external in processes:
             again = external.checked(check.problem, check.duration, setting).run
             difference = np.inf
             if again.success and again.q.shape == run.q.shape:
@@ -170,10 +176,12 @@ class Runs:
         setting, checked = self.coarsest(check)
         if not checked.run.success:
             return
-        in_time = checked.seconds < SHARE * self.external.limit  # two at least are made
+        is_repeatable = (
+            checked.seconds < REPEATABLE_FRACTION * self.external.limit
+        )  # at least two more are made
         growth = (
             float("nan")
-            if not in_time
+            if not is_repeatable
             else (self.external.memory_growth(check.problem, check.duration, setting))
         )
         if growth is not None:
@@ -186,12 +194,12 @@ class Runs:
             )
 
     def conserved(self, check: CheckProblem) -> Rows:
-        """Rows of what the motion conserves, over some twenty revolutions."""
+        """Rows of the changes of conserved quantities over some twenty revolutions."""
         if long := self._long_run(check):
             yield from long.rows()
 
     def longest(self, check: CheckProblem) -> Rows:
-        """Row LONG, and rows of what it conserves there."""
+        """Row LONG, and rows of the changes of conserved quantities in the longest run."""
         if long := self._long_run(check):
             yield from longest_run(self.external, long)
 
@@ -210,14 +218,21 @@ class Runs:
         return self._long[check]
 
 
-def _off(problem: Problem, states: Array, truth: Array) -> float:
-    """Largest distance from the truth over the truth's largest distance from the start; of a body
-    that rests, over that of the system, or the system's size where all rest."""
+def _relative_error(problem: Problem, states: Array, truth: Array) -> float:
+    """Largest error of a body's states over the largest distance of its truth from the start.
+
+    For a body at rest the divisor is the system's largest distance, or the size of its states
+    where all bodies rest.
+    """
     bodies = truth.shape[1] if isinstance(problem.system, NBody) else 1
-    off, way = (
+    errors, extents = (
         np.max(np.abs(offset.reshape(len(truth), bodies, -1)), axis=(0, 2))
         for offset in (states - truth, truth - truth[0])
     )
-    rests = RESTS * float(np.max(np.abs(truth)))
-    system = float(np.max(way)) if np.max(way) > rests else rests / RESTS or 1.0
-    return float(np.max(off / np.where(way > rests, way, system)))
+    rest_limit = RELATIVE_REST * float(np.max(np.abs(truth)))
+    system_extent = (
+        float(np.max(extents))
+        if np.max(extents) > rest_limit
+        else rest_limit / RELATIVE_REST or 1.0
+    )
+    return float(np.max(errors / np.where(extents > rest_limit, extents, system_extent)))

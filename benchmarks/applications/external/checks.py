@@ -1,12 +1,13 @@
-"""Check the accuracy and the declared properties of an external integrator: CHECKS, which `verify`
-makes all at once (`contender_checks`), and the plugin of pytest one by one.
+"""Checks of the accuracy and the declared properties of an external integrator.
+
+`verify` makes all CHECKS at once (`contender_checks`); the plugin of pytest makes them one by one.
 
 Declared properties (see `external.integrator`) are compared with measurements: the order
 from both sides, claimed errors, conserved quantities, as a bound and without drift, and symmetry,
-by a run back. Undeclared properties are measured and reported without influence on the verdicts. In
-any case no run may fail, the error at the finest setting must be below a tenth of the motion's
-extent, and smaller than at the coarsest unless it is below 1e-8, which a single setting always has
-to be.
+by a run back. Undeclared properties are measured and reported without influence on the verdicts.
+No run may fail, and the error at the finest setting must be at most LARGEST_ERROR of the motion's
+extent. That error must also be at most LARGEST_RATIO times the one at the coarsest setting, or at
+most SMALL_ERROR; of a single setting it must be at most SMALL_ERROR.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from benchmarks.applications.external.check_runs import (
     ERROR,
     FAILED,
     GROWTH,
-    OFF,
+    RELATIVE_ERRORS,
     REPEAT,
     Runs,
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import CONSERVED
-from benchmarks.applications.external.long_runs import CUT, LONG, LONGER, MANY, NOT_CUT
-from benchmarks.applications.external.order_runs import ORDER, RISES, SINGLE, rises
+from benchmarks.applications.external.long_runs import CUT, LONG, LONGER, LONGEST_RUN_STEPS, NOT_CUT
+from benchmarks.applications.external.order_runs import ERRATIC_RISES, ORDER, SINGLE, rises
 from benchmarks.applications.external.reversed_runs import NOT_REVERSED, REVERSED, ROUNDING
 from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
@@ -44,21 +45,21 @@ from benchmarks.statistics.convergence_fits import FEWEST_POINTS, algebraic, win
 from benchmarks.statistics.drift import Drift, drift
 from benchmarks.store.frames import frame, number, pick, row
 
-PRINTED = "printed"  # number of lines that it printed, of no problem; status has the first ones
-GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
-RIGHT = 1e-8  # relative error that needs no such gain
+PRINTED = "printed"  # row of the number of printed lines, for no problem; status: the first ones
+LARGEST_RATIO = 0.7  # largest ratio of the errors at the finest and the coarsest setting
+SMALL_ERROR = 1e-8  # relative error up to which the ratio is not checked
 LARGEST_ERROR = 0.1  # largest relative error at the finest setting
-SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
-CLEAR = 4.0  # errors over those of an own level of round-off, which bends their line less
-ROUND_OFF = 1e-12  # smaller relative changes may grow, in the longest run those below
-MEMORY_LEFT = 4.0  # MB that repeated runs may leave in memory: a run of `track`, too
-ROUND_OFF_OF_MANY = MANY * np.finfo(float).eps
+ORDER_TOLERANCE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
+ROUND_OFF_FACTOR = 4.0  # errors over the integrator's own round-off level that are fitted
+ROUND_OFF = 1e-12  # relative change below which growth is no drift; in the longest run the next
+MEMORY_LEFT = 4.0  # MB that repeated runs, and those of `track`, may leave in memory
+ROUND_OFF_OF_MANY = LONGEST_RUN_STEPS * np.finfo(float).eps
 SAME_BITS = (
     "Two runs that were asked for alike, also in another process, must have the same bits; else it "
     "is not deterministic, and no later comparison says what changed."
 )
-ORDER_SEEN = "It declares its order: errors above round-off show it somewhere."
-UNSEEN = (
+ORDER_SHOWN = "It declares its order: errors above round-off show it somewhere."
+ORDER_NOT_SHOWN = (
     "It declares its order, and no steps were found at which errors above round-off show it: let "
     "it run at longer steps than it offers, or declare no order."
 )
@@ -66,35 +67,41 @@ NO_STEPS = (
     "It declares its order, which is seen in errors at equal steps: offer settings with a `step` "
     "for a nonlinear motion, or declare no order."
 )
-STEEPER = "Steeper here than declared, which another motion shows."
-CLOCK = "What starts half way, from its state and at its time there, must end at the same place."
-BACK = "It declares that it is symmetric: a run back returns to the start, but for rounding."
-LEAK = "Of each of three equal rounds of runs something stays in memory."
-SLOW = "A run takes too long to be repeated for this."
+STEEPER_THAN_DECLARED = "Steeper here than declared, which another motion shows."
+SAME_END = "What starts half way, from its state and at its time there, must end at the same place."
+RETURNS_TO_START = (
+    "It declares that it is symmetric: a run back returns to the start, but for rounding."
+)
+MEMORY_STAYS = "Of each of three equal rounds of runs something stays in memory."
+TOO_SLOW = "A run takes too long to be repeated for this."
 DECLARED = "Declared by the contender."
 NOT_DECLARED = "Not declared: the number is for information."
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
-    """Turns measured rows of `external.check_runs` into rows of claims.csv, when called for all
-    checks; its methods do so for the rows of one check, on one problem or on all."""
+class ClaimRows:
+    """Turns measured rows of `external.check_runs` into rows of claims.csv.
+
+    A call does so for all checks; each method for one check, on one problem or on all.
+    """
 
     id: str
     external: ExternalIntegrator
     check_problems: tuple[CheckProblem, ...]
 
     def __call__(self, table: pd.DataFrame) -> list[Row]:
-        """All rows; an integrator that supports none of the problems has one row that says so."""
+        """Return the rows of all checks; one row if the integrator supports none of the problems,
+        besides that of printed lines."""
         rows: list[Row] = []
         for problem in self.check_problems:
             rows_of_it = pick(table, study=problem.problem.name)
             if not rows_of_it.empty:
                 row_groups = (
-                    check.judged(self, problem, rows_of_it) for check in (FAILURES, *CHECKS)
+                    check.rows_on_problem(self, problem, rows_of_it)
+                    for check in (FAILURES, *CHECKS)
                 )
-                rows += [row for judged in row_groups for row in judged]
-        rows += [row for check in CHECKS for row in check.judged_jointly(self, table)]
+                rows += [row for rows_of_check in row_groups for row in rows_of_check]
+        rows += [row for check in CHECKS for row in check.rows_of_all(self, table)]
         return [*rows, *self._printed(table)]
 
     def _row(
@@ -122,7 +129,7 @@ class Judge:
     def _not_run(
         self, check: CheckProblem, quantity: str, table: pd.DataFrame, instead: str
     ) -> list[Row]:
-        """A row for a quantity that could not be measured, as the row `instead` says."""
+        """Rows for a quantity that could not be measured, with the reasons of rows `instead`."""
         return [
             self._row(
                 check,
@@ -153,8 +160,8 @@ class Judge:
         )
 
     def declarations(self, table: pd.DataFrame) -> list[Row]:
-        """Rows for problems that it must support: any, and one with each quantity that it declares
-        to conserve."""
+        """A row for each quantity that it declares to conserve, which a supported problem must
+        conserve; where it supports no problem, one row that contradicts this."""
         tested = self._tested(table)
         if not tested:
             names = ", ".join(check.problem.name for check in self.check_problems)
@@ -171,10 +178,9 @@ class Judge:
         return [check for check in self.check_problems if check.problem.name in set(table["study"])]
 
     def orders(self, table: pd.DataFrame) -> list[Row]:
-        """The rows of its order on each problem, and the number of problems that show it.
+        """The rows of its order on each problem, and a row of the number of problems that show it.
 
-        An order is that of the worst motion: where one shows the declared order, others may be
-        steeper.
+        Where one motion shows the declared order, the errors of others may fall more steeply.
         """
         if self.external.order is None or not self._tested(table):
             return []
@@ -187,19 +193,19 @@ class Judge:
         rows = [
             row
             if row.verdict != bounds.EXCEEDS
-            else replace(row, expected=bounds.EXCEEDS, reason=STEEPER)
+            else replace(row, expected=bounds.EXCEEDS, reason=STEEPER_THAN_DECLARED)
             if attained
             else replace(row, verdict=bounds.CONTRADICTED)
             for row in orders
         ]
         count = sum(row.verdict != bounds.NOT_RUN for row in rows)
-        count_row = self._at_least_one("problems where its order is seen", count, ORDER_SEEN)
+        count_row = self._at_least_one("problems where its order is seen", count, ORDER_SHOWN)
         if not count:
             failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
-            why = NO_STEPS if not orders else UNSEEN
+            why = NO_STEPS if not orders else ORDER_NOT_SHOWN
             measured = table[table["quantity"].isin((ERROR, ORDER, *CONSERVED))]
-            ended = measured["value"].notna() & (measured["status"] == "")
-            if failures and not ended.any():
+            completed = measured["value"].notna() & (measured["status"] == "")
+            if failures and not completed.any():
                 why = f"It declares its order, and no run came to its end: {failures[0]}"
             count_row = replace(
                 count_row, verdict=bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why
@@ -207,21 +213,21 @@ class Judge:
         return [*rows, count_row]
 
     def longest(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
-        ends = [
+        length_rows = [
             self._row(
                 check,
                 LONG if row["steps"] else "duration of its longest run",
                 row["value"],
                 bounds.HOLDS if np.isfinite(row["value"]) else bounds.CONTRADICTED,
                 claimed="it comes to its end",
-                bound=f"{MANY:,} where the time limit allows",
+                bound=f"{LONGEST_RUN_STEPS:,} where the time limit allows",
                 reason=row["status"] or "States at all times are finite.",
                 reference="the protocol",
                 setup=f"{check.problem.name}; T = {row['t']:g}; {row['label']}",
             )
             for _, row in pick(table, quantity=LONG).iterrows()
         ]
-        return [*ends, *self.conserved(check, table, LONGER)]
+        return [*length_rows, *self.conserved(check, table, LONGER)]
 
     def restarted(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         not_run = self._not_run(check, CUT, table, NOT_CUT)
@@ -233,7 +239,7 @@ class Judge:
                 bounds.HOLDS if row["value"] <= LARGEST_ERROR else bounds.CONTRADICTED,
                 claimed="the same end",
                 bound=f"at most {LARGEST_ERROR:g} of the way from the start",
-                reason=row["status"] or CLOCK,
+                reason=row["status"] or SAME_END,
                 reference="the run from the start",
                 setup=f"{check.problem.name}; T = {row['t']:g}; {row['label']}",
             )
@@ -285,7 +291,7 @@ class Judge:
                 bound=f"at most {rounding:.2g} of the states' size"
                 if rounding > 0.0
                 else "rounding",
-                reason=row["status"] or BACK,
+                reason=row["status"] or RETURNS_TO_START,
                 reference="its start",
                 setup=f"{check.problem.name}; T = {row['t']:g}; {row['steps']:g} steps and back",
             )
@@ -307,9 +313,9 @@ class Judge:
                     claimed="no more than before",
                     bound=f"at most {MEMORY_LEFT:g}",
                     reference="its process before",
-                    reason=SLOW
+                    reason=TOO_SLOW
                     if np.isnan(measured)
-                    else LEAK
+                    else MEMORY_STAYS
                     if measured > MEMORY_LEFT
                     else "Further runs of a warm process leave nothing.",
                     setup=f"{check.problem.name}; T = {check.duration:g}; {reading['label']}",
@@ -351,28 +357,35 @@ class Judge:
                     reason=reading["status"] or (DECLARED if claims else NOT_DECLARED),
                 )
             )
-        return [*rows, *self._way(check, table)] if rows else []
+        return [*rows, *self._finest_error_rows(check, table)] if rows else []
 
-    def _way(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
-        """Rows for the states at the finest setting, against the truth and the coarsest setting."""
-        off = {part: list(pick(table, quantity=name)["value"]) for part, name in OFF.items()}
+    def _finest_error_rows(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
+        """Rows for the relative error at the finest setting, and its ratio to the coarsest."""
+        relative_errors = {
+            part: list(pick(table, quantity=name)["value"])
+            for part, name in RELATIVE_ERRORS.items()
+        }
         failures = list(pick(table, quantity=ERROR)["status"])
-        coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
-        worst = max(off, key=lambda part: np.nan_to_num(off[part][-1], nan=np.inf))
-        single = len(off[worst]) == 1
-        better = fine <= max(RIGHT, 0.0 if single else GAIN * coarse)
-        unknown = single and not better and np.isfinite(fine)
+        coarse, fine = (
+            float(np.max([values[k] for values in relative_errors.values()])) for k in (0, -1)
+        )
+        worst = max(
+            relative_errors, key=lambda part: np.nan_to_num(relative_errors[part][-1], nan=np.inf)
+        )
+        is_single = len(relative_errors[worst]) == 1
+        has_improved = fine <= max(SMALL_ERROR, 0.0 if is_single else LARGEST_RATIO * coarse)
+        is_undecided = is_single and not has_improved and np.isfinite(fine)
         furthest = f"Furthest from the truth: its {worst}."
         reason = "What becomes no better solves another problem."
         if failures[-1]:
             furthest = reason = "Its run at the finest setting failed."
-        elif single:
+        elif is_single:
             reason = "It offers one setting, so that nothing can become better: let it offer two."
         elif failures[0]:
             reason = "Its run at the coarsest setting failed."
         elif fine > coarse:
             reason = "Settings go from coarse to fine; and what becomes worse is no solution."
-        bound = f"at most {GAIN:g}, or an error of at most {RIGHT:g} of the way"
+        bound = f"at most {LARGEST_RATIO:g}, or an error of at most {SMALL_ERROR:g} of the way"
         return [
             self._row(
                 check,
@@ -385,8 +398,12 @@ class Judge:
             self._row(
                 check,
                 "error at its finest over that at its coarsest",
-                fine if single or not coarse > 0.0 else fine / coarse,
-                bounds.NOT_RUN if unknown else bounds.HOLDS if better else bounds.CONTRADICTED,
+                fine if is_single or not coarse > 0.0 else fine / coarse,
+                bounds.NOT_RUN
+                if is_undecided
+                else bounds.HOLDS
+                if has_improved
+                else bounds.CONTRADICTED,
                 bound=bound,
                 reason=reason,
             ),
@@ -398,11 +415,11 @@ class Judge:
             return []
         floor = max(check.floor, _own_floor(runs["value"], check.floor))
         fit = algebraic(list(runs["step"]), list(runs["value"]), floor=floor)
-        slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
-        wrong = fit.stays_large or fit.relapse
+        slack = max(bounds.ORDER_RESOLUTION, ORDER_TOLERANCE * order)
+        is_contradicted = fit.stays_large or fit.relapse
         spread, reason = slack + 2.0 * fit.uncertainty, DECLARED
         low, high = (bounds.in_words(order + sign * slack, slack) for sign in (-1.0, 1.0))
-        if wrong:
+        if is_contradicted:
             verdict = bounds.CONTRADICTED
         elif not fit.points:
             failures = [text for text in runs["status"] if text]
@@ -412,11 +429,11 @@ class Judge:
             verdict = bounds.EXCEEDS
         elif 2.0 * fit.uncertainty <= slack:
             verdict = bounds.Near(order, slack, uncertainty=0.0).verdict(fit)
-        elif rises(runs["value"], floor) >= RISES or fit.rate < order - spread:
+        elif rises(runs["value"], floor) >= ERRATIC_RISES or fit.rate < order - spread:
             verdict, reason = bounds.CONTRADICTED, "Its errors follow no power of the step."
         else:
-            verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
-        unseen = verdict == bounds.NOT_RUN
+            verdict, reason = bounds.NOT_RUN, "Its errors fall, but not yet as a power of the step."
+        is_not_shown = verdict == bounds.NOT_RUN
         order_row = self._row(
             check,
             "order in the step",
@@ -424,7 +441,7 @@ class Judge:
             verdict,
             claimed=f"order {order:g}",
             bound=f"{low}, less two standard errors ({slack:g} at most), to {high}",
-            expected=bounds.NOT_RUN if unseen else bounds.ATTAINED,
+            expected=bounds.NOT_RUN if is_not_shown else bounds.ATTAINED,
             reason=reason,
         )
         return [
@@ -443,16 +460,16 @@ class Judge:
     ) -> Row:
         """The row of a conserved quantity in a long run."""
         round_off = ROUND_OFF if name == quantity else ROUND_OFF_OF_MANY
-        both = [
+        drifts = [
             drift(rows["t"].to_numpy(), rows["value"].to_numpy()) for _, rows in series.groupby("n")
         ]
-        worst, limit = both[0], self.external.conserves.get(quantity)
+        worst, limit = drifts[0], self.external.conserves.get(quantity)
         expected, verdict, why = bounds.FINDING, bounds.FINDING, NOT_DECLARED
         if limit is not None:
             limit = limit if name == quantity else max(limit, round_off)
             expected, verdict, why = bounds.HOLDS, bounds.HOLDS, DECLARED
-            faults = [_growth(limit, seed_drift, round_off) for seed_drift in both]
-            worst = max(both, key=lambda seed_drift: seed_drift.largest)
+            faults = [_growth(limit, seed_drift, round_off) for seed_drift in drifts]
+            worst = max(drifts, key=lambda seed_drift: seed_drift.largest)
             if all(faults) or worst.largest > limit:  # a drift alone may be a beat
                 fault = _growth(limit, worst, round_off) or faults[0]
                 verdict, why = bounds.CONTRADICTED, f"{DECLARED} {fault}"
@@ -474,7 +491,7 @@ class Judge:
 
 
 def _growth(limit: float, measured: Drift, round_off: float = ROUND_OFF) -> str:
-    """Which of the tests of a quantity that should stay fails, and by how much; "" if none does."""
+    """A sentence on the test of constancy that a conserved quantity fails; "" if it fails none."""
     no_growth = NoGrowth(limit, round_off, conclusive=False)
     if no_growth.verdict(measured) == bounds.HOLDS:
         return ""
@@ -493,11 +510,11 @@ def _growth(limit: float, measured: Drift, round_off: float = ROUND_OFF) -> str:
 
 
 def _own_floor(errors: Sequence[float], floor: float) -> float:
-    """CLEAR times the level at which its errors stop falling, as in single precision; 0 where they
-    do not, below SINGLE, and where fewer than three errors are above.
+    """ROUND_OFF_FACTOR times the level at which its errors stop falling, as in single precision.
 
-    From there on they rise and fall. A method that tends to the solution of another problem does
-    not: its errors |C h^p - d|, the largest of several too, fall and then only rise.
+    0 where they do not stop, where the level is below SINGLE, and where fewer than FEWEST_POINTS
+    errors are above. At round-off errors rise and fall. Those of a method that tends to the
+    solution of another problem, |C h^p - d|, fall and then only rise.
     """
     measured = np.asarray(errors, dtype=np.float64)
     measured = measured[window(errors, floor=floor)]
@@ -505,8 +522,8 @@ def _own_floor(errors: Sequence[float], floor: float) -> float:
     if not rising.size:
         return 0.0
     tail = measured[rising[0] :]
-    level = CLEAR * float(np.max(tail))
-    is_round_off = level > CLEAR * SINGLE and np.any(np.diff(tail[1:]) < 0.0)
+    level = ROUND_OFF_FACTOR * float(np.max(tail))
+    is_round_off = level > ROUND_OFF_FACTOR * SINGLE and np.any(np.diff(tail[1:]) < 0.0)
     return level if is_round_off and np.sum(measured > level) >= FEWEST_POINTS else 0.0
 
 
@@ -517,42 +534,44 @@ class Check:
     Attributes
     ----------
     name
-        as in the item of the plugin of pytest
+        name of the item of the plugin of pytest
     measure
         (runs, problem) -> rows of the tidy table
-    judge
-        (judge, problem, its rows) -> rows of claims.csv; None where all problems are judged
+    on_problem
+        (claim rows, problem, its rows) -> rows of claims.csv; None where all problems are checked
         together
     jointly
-        (judge, rows of all problems) -> such rows
+        (claim rows, rows of all problems) -> rows of claims.csv; None for a check of each problem
     applies
-        (integrator, problem that it supports) -> whether it is measured there
+        (integrator, supported problem) -> whether the problem is measured
     once
-        whether it is measured on one problem only, the first that conserves something
+        whether one problem only is measured: the first that conserves something, if one does
     """
 
     name: str
     measure: Callable[[Runs, CheckProblem], Iterator[dict[str, Any]]]
-    judge: Callable[[Judge, CheckProblem, pd.DataFrame], list[Row]] | None = None
-    jointly: Callable[[Judge, pd.DataFrame], list[Row]] | None = None
+    on_problem: Callable[[ClaimRows, CheckProblem, pd.DataFrame], list[Row]] | None = None
+    jointly: Callable[[ClaimRows, pd.DataFrame], list[Row]] | None = None
     applies: Callable[[ExternalIntegrator, CheckProblem], bool] = lambda external, problem: True
     once: bool = False
 
     def problems(
         self, external: ExternalIntegrator, supported: Sequence[CheckProblem]
     ) -> list[CheckProblem]:
-        """The problems on which it is measured."""
+        """Return the supported problems on which the check is measured."""
         problems = [problem for problem in supported if self.applies(external, problem)]
         first = sorted(problems, key=lambda problem: not problem.conserved)[:1]
         return first if self.once else problems
 
-    def judged(self, judge: Judge, problem: CheckProblem, rows: pd.DataFrame) -> list[Row]:
+    def rows_on_problem(
+        self, claim_rows: ClaimRows, problem: CheckProblem, rows: pd.DataFrame
+    ) -> list[Row]:
         """Rows of claims.csv of this problem."""
-        return [] if self.judge is None else self.judge(judge, problem, rows)
+        return [] if self.on_problem is None else self.on_problem(claim_rows, problem, rows)
 
-    def judged_jointly(self, judge: Judge, rows: pd.DataFrame) -> list[Row]:
+    def rows_of_all(self, claim_rows: ClaimRows, rows: pd.DataFrame) -> list[Row]:
         """Rows of claims.csv of all problems together."""
-        return [] if self.jointly is None else self.jointly(judge, rows)
+        return [] if self.jointly is None else self.jointly(claim_rows, rows)
 
 
 def _no_rows(runs: Runs, problem: CheckProblem) -> Iterator[dict[str, Any]]:
@@ -563,40 +582,40 @@ def _shows_order(external: ExternalIntegrator, problem: CheckProblem) -> bool:
     return external.order is not None and external.order >= problem.ordered
 
 
-def _has_clock(external: ExternalIntegrator, problem: CheckProblem) -> bool:
+def _depends_on_time(external: ExternalIntegrator, problem: CheckProblem) -> bool:
     return bool(getattr(problem.problem.system, "explicit_time", False))
 
 
 # Failures of all requests: `verify` measures them last, the plugin of pytest with each check.
-FAILURES = Check("runs and answers", Runs.answers, Judge.failures)
-# The quick ones first: after two late answers it is not asked again.
+FAILURES = Check("runs and answers", Runs.make_coarsest_run, ClaimRows.failures)
+# Quick checks first, since after MOST_LATE_ANSWERS late answers no further request is made.
 CHECKS = (
-    Check("determinism", Runs.repeated, Judge.repeated),
-    Check("accuracy", Runs.errors, Judge.errors),
-    Check("order", Runs.order, jointly=Judge.orders, applies=_shows_order),
-    Check("declarations", _no_rows, jointly=Judge.declarations),
+    Check("determinism", Runs.repeated, ClaimRows.repeated),
+    Check("accuracy", Runs.errors, ClaimRows.errors),
+    Check("order", Runs.order, jointly=ClaimRows.orders, applies=_shows_order),
+    Check("declarations", _no_rows, jointly=ClaimRows.declarations),
     Check(
         "time reversal",
         Runs.reversed,
-        Judge.reversed,
+        ClaimRows.reversed,
         applies=lambda external, problem: external.symmetric,
     ),
-    Check("memory", Runs.memory, Judge.memory),
+    Check("memory", Runs.memory, ClaimRows.memory),
     Check(
         "conservation",
         Runs.conserved,
-        Judge.conserved,
+        ClaimRows.conserved,
         applies=lambda external, problem: bool(problem.conserved),
     ),
-    Check("longest run", Runs.longest, Judge.longest, once=True),
-    Check("restart half way", Runs.restarted, Judge.restarted, applies=_has_clock),
+    Check("longest run", Runs.longest, ClaimRows.longest, once=True),
+    Check("restart half way", Runs.restarted, ClaimRows.restarted, applies=_depends_on_time),
 )
 
 
 def supported_and_faulty(
     external: ExternalIntegrator, check_problems: Sequence[CheckProblem]
 ) -> tuple[list[CheckProblem], list[CheckProblem]]:
-    """The problems that it supports, and those about which it does not answer."""
+    """Return the supported problems, and those for which asking about support was a fault."""
     supported = [check for check in check_problems if external.supports(check.problem)]
     unsupported = [check for check in check_problems if check not in supported]
     return supported, [check for check in unsupported if external.faults_on(check.problem)]
@@ -609,7 +628,7 @@ def check_runs(
     quick: bool,
     report: Report,
 ) -> pd.DataFrame:
-    """The rows of every check, on each problem that it supports; no run is by galvi."""
+    """Measure the rows of every check on the supported problems, and close the integrator."""
     runs = Runs(external)
     supported, faulty = supported_and_faulty(external, check_problems)
     rows: list[dict[str, Any]] = []
@@ -640,7 +659,7 @@ def contender_checks(
             name,
             f"{external.name} and the truth",
             partial(check_runs, external, check_problems),
-            Judge(name, external, tuple(check_problems)),
+            ClaimRows(name, external, tuple(check_problems)),
             timed=True,  # its runs have a limit of time
         )
         for name, external in zip(names, externals, strict=True)

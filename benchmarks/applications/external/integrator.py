@@ -25,18 +25,20 @@ from benchmarks.work_precision.participants import readable_setting
 from galvi import Problem, Trajectory
 from galvi.repository import path_in_repository
 
-LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
-PATIENCE = 2  # answers that took longer, after which it is not asked again
+TIME_LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
+MOST_LATE_ANSWERS = 2  # late answers after which no further request is made
 NAMELESS = "problem"
 CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedRun:
-    """A run, and the seconds that it took in its process; NaN where it failed.
+    """A run of an external integrator.
 
     Attributes
     ----------
+    seconds
+        time of the run in its process; NaN without an answer
     requested
         False where the run was not requested, since earlier answers were late
     """
@@ -50,7 +52,7 @@ class Fault(NamedTuple):
     """A problem's name and the reason; `requested` is False where the request was not made."""
 
     problem: str
-    why: str
+    reason: str
     requested: bool
 
 
@@ -80,13 +82,14 @@ class ExternalIntegrator:
     `open` raises ContenderError when there is no such class, or it lacks a required member. `run`
     never raises for the integrator's errors: the run failed, and ``faults`` has a sentence. A
     process that ends, or does not answer within ``limit`` seconds, is replaced at the next request;
-    after PATIENCE answers that took longer every request fails at once, and ``limit_option`` is the
-    remedy. ``printed`` has what its processes printed; ``defined_at`` the file of its class, from
-    the root of the repository, and the line; "" and 0 where its source is unknown or elsewhere.
+    after MOST_LATE_ANSWERS late answers every request fails at once (trials are counted
+    separately), and messages name ``limit_option`` as the remedy. ``printed`` holds the output of
+    its processes; ``defined_at`` is the file of its class, from the root of the repository, and
+    the line: "" and 0 where its source is unknown or elsewhere.
     """
 
     path: str
-    limit: float = LIMIT
+    limit: float = TIME_LIMIT
     name: str = ""
     order: float | None = None
     conserves: Mapping[str, float] = field(default_factory=dict)
@@ -97,13 +100,13 @@ class ExternalIntegrator:
     missing: str = ""
     printed: Printed = field(default_factory=Printed)
     _late: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
-    _failed: dict[Fault, list[str]] = field(default_factory=dict)  # with its requests
+    _failed: dict[Fault, list[str]] = field(default_factory=dict)  # the requests of each fault
     _pool: ProcessPool | None = None
     _process: int = 0
     _twin: ExternalIntegrator | None = None
 
     @classmethod
-    def open(cls, path: str, limit: float = LIMIT) -> ExternalIntegrator:
+    def open(cls, path: str, limit: float = TIME_LIMIT) -> ExternalIntegrator:
         """Start the process and import the integrator. Raises ContenderError."""
         external = cls(path, limit)
         try:
@@ -120,16 +123,16 @@ class ExternalIntegrator:
         self.name, self.order, self.conserves, self.symmetric = metadata
 
     def twin(self) -> ExternalIntegrator:
-        """The same integrator in a second process, which ends with this one's; faults there are
-        faults here."""
+        """Return the same integrator in a second process, which `close` ends too; both record
+        their faults in one place."""
         if self._twin is None:
             self._twin = replace(self, _pool=None, _process=0)
         return self._twin
 
     def supports(self, problem: Problem) -> bool:
-        """Whether it solves the problem; False, and a fault, when it does not answer. Of the
-        problems that it is no longer asked about, only the first is a fault."""
-        if self._late[False] >= PATIENCE and self._unasked():
+        """Whether it solves the problem; False, with a fault, when it does not answer. After
+        MOST_LATE_ANSWERS late answers only the first unmade request is a fault."""
+        if self._late[False] >= MOST_LATE_ANSWERS and self._unasked():
             return False
         return bool(
             self._ask_about(problem, "asked whether it supports the problem", "supports", problem)
@@ -150,7 +153,8 @@ class ExternalIntegrator:
     def claimed_error(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
     ) -> float | None:
-        """The largest error it claims; None when it claims none, or, with a fault, no answer."""
+        """The largest error that it claims; None when it claims none, and, with a fault, when it
+        does not answer."""
         return self._ask_about(
             problem,
             "asked for the error that it claims",
@@ -163,14 +167,16 @@ class ExternalIntegrator:
     def memory_growth(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
     ) -> float | None:
-        """Bytes that repeated runs leave in its process, see `external.worker.memory_growth`; NaN
-        where a run takes too long for that, None, and a fault, when it does not answer."""
+        """Bytes by which repeated runs make its process grow, see `external.worker.memory_growth`.
+
+        NaN where a run takes too long to be repeated; None, with a fault, when it does not answer.
+        """
         return self._ask_about(
             problem, "run repeatedly", "memory growth", problem, duration, dict(setting)
         )
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """One run in its process; a failed trajectory when it returned none."""
+        """Run once in its process; a failed trajectory where there is no valid answer."""
         return self.timed(problem, duration, setting)()
 
     def trial(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -189,7 +195,7 @@ class ExternalIntegrator:
         Parameters
         ----------
         is_trial
-            whether the setting is not among the offered ones, so that a failure is no fault
+            whether the integrator did not offer the setting, so that a failure is no fault
         """
         setting_text = " ".join(
             f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
@@ -209,50 +215,52 @@ class ExternalIntegrator:
     def checked(
         self, problem: Problem, duration: float, setting: Mapping[str, Any], is_trial: bool = False
     ) -> CheckedRun:
-        """A run that should succeed: unless `is_trial`, its failure is a fault, reported or not."""
-        requested = self._late[is_trial] < PATIENCE
+        """Run once; unless `is_trial`, a run that returns as failed is a fault too."""
+        requested = self._late[is_trial] < MOST_LATE_ANSWERS
         call = self.timed(problem, duration, setting, is_trial)
         run = call()
         if not (run.success or call.failure or is_trial):
             self.add_fault(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
-        return CheckedRun(run, call.took, requested)
+        return CheckedRun(run, call.seconds_of_last_call, requested)
 
     @property
     def faults(self) -> list[str]:
-        """A sentence for each problem and kind of fault; one for all requests not made."""
+        """A sentence for each problem and reason, and one for all requests that were not made."""
         unasked = self._unasked()
         sentences = [
-            f"{self.name}, {fault.problem}, {_first(doings)}: {fault.why}"
-            for fault, doings in self._failed.items()
+            f"{self.name}, {fault.problem}, {_first(requests_of_fault)}: {fault.reason}"
+            for fault, requests_of_fault in self._failed.items()
             if fault.requested
         ]
         if unasked:
-            requests = [doing for fault in unasked for doing in self._failed[fault]]
+            requests = [request for fault in unasked for request in self._failed[fault]]
             problems = _first(list(dict.fromkeys(fault.problem for fault in unasked)))
-            sentences.append(f"{self.name}, {problems}, {_first(requests)}: {unasked[0].why}")
+            sentences.append(f"{self.name}, {problems}, {_first(requests)}: {unasked[0].reason}")
         return sentences
 
     def faults_on(self, problem: Problem) -> list[str]:
         """The faults on one problem, without its name."""
         return [
-            f"{_first(doings)}: {fault.why}"
-            for fault, doings in self._failed.items()
+            f"{_first(requests)}: {fault.reason}"
+            for fault, requests in self._failed.items()
             if fault.problem == (problem.name or NAMELESS)
         ]
 
     def failures_on(self, problem: Problem) -> int:
         """The number of failed runs and answers on one problem."""
         name = problem.name or NAMELESS
-        return sum(len(doings) for fault, doings in self._failed.items() if fault.problem == name)
+        return sum(
+            len(requests) for fault, requests in self._failed.items() if fault.problem == name
+        )
 
-    def add_fault(self, problem: Problem, doing: str, why: str | ContenderError) -> None:
-        """Record a fault: the request (`doing`) and the reason (`why`)."""
-        requested = not isinstance(why, NotAsked)
-        fault = Fault(problem.name or NAMELESS, visible(str(why)), requested)
-        self._failed.setdefault(fault, []).append(visible(doing))
+    def add_fault(self, problem: Problem, request: str, reason: str | ContenderError) -> None:
+        """Record that this request failed on the problem, for this reason."""
+        requested = not isinstance(reason, NotAsked)
+        fault = Fault(problem.name or NAMELESS, visible(str(reason)), requested)
+        self._failed.setdefault(fault, []).append(visible(request))
 
     def forget_faults(self) -> None:
-        """Begin a further measurement, whose faults and printed lines are its own."""
+        """Clear the recorded faults and printed lines, before a further measurement."""
         self._failed.clear()
         self.printed.forget()
 
@@ -260,7 +268,7 @@ class ExternalIntegrator:
     def only_unasked(self) -> str:
         """Why requests were not made, where these are the only faults; "" where there are other
         faults, or none."""
-        return self._unasked()[0].why if len(self._unasked()) == len(self._failed) > 0 else ""
+        return self._unasked()[0].reason if len(self._unasked()) == len(self._failed) > 0 else ""
 
     def _unasked(self) -> list[Fault]:
         """Faults of requests that were not made, since earlier answers were late."""
@@ -281,12 +289,12 @@ class ExternalIntegrator:
         self._process = 0
         self.printed.wait()
 
-    def _ask_about(self, problem: Problem, doing: str, question: str, *arguments: Any) -> Any:
+    def _ask_about(self, problem: Problem, request: str, question: str, *arguments: Any) -> Any:
         """The answer to a request; None, and a fault, when there is none."""
         try:
             return self._ask(question, *arguments)
         except ContenderError as error:
-            self.add_fault(problem, doing, error)
+            self.add_fault(problem, request, error)
             return None
 
     def _ask(self, question: str, *arguments: Any, is_trial: bool = False) -> Any:
@@ -295,13 +303,14 @@ class ExternalIntegrator:
         Parameters
         ----------
         is_trial
-            whether the setting is not among the offered ones; late answers to these requests are
+            whether the integrator did not offer the setting; late answers to such requests are
             counted separately
         """
-        if self._late[is_trial] >= PATIENCE:
+        if self._late[is_trial] >= MOST_LATE_ANSWERS:
             raise NotAsked(
-                f"It was not asked: {PATIENCE} answers before took longer than {self.limit:g} s. "
-                f"Give a longer {self.limit_option}, in seconds, if it is only slow."
+                f"It was not asked: {MOST_LATE_ANSWERS} answers before took longer than "
+                f"{self.limit:g} s. Give a longer {self.limit_option}, in seconds, if it is "
+                "only slow."
             )
         try:
             if self._pool is None:
@@ -311,14 +320,14 @@ class ExternalIntegrator:
         except TimeoutError:
             self.close()
             self._late[is_trial] += 1
-            why = f"It did not answer within {self.limit:g} s, and was stopped."
+            reason = f"It did not answer within {self.limit:g} s, and was stopped."
         except ProcessExpired as end:
             self.close()
-            why = f"Its process ended, with status {end.exitcode}."
+            reason = f"Its process ended, with status {end.exitcode}."
         except RuntimeError:  # from the pool, whose process ended between requests
             self.close()
-            why = "Its process ended between two answers."
-        raise ContenderError(why)
+            reason = "Its process ended between two answers."
+        raise ContenderError(reason)
 
     def _start(self) -> None:
         spawn = multiprocessing.get_context("spawn")
@@ -329,6 +338,6 @@ class ExternalIntegrator:
             self._process = self._pool.schedule(os.getpid, timeout=self.limit).result()
 
 
-def _first(doings: Sequence[str]) -> str:
-    first, *following = doings
+def _first(requests: Sequence[str]) -> str:
+    first, *following = requests
     return f"{first} and {len(following)} more" if following else first

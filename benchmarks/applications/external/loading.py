@@ -10,17 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.store.foreign_texts import STARTS, visible
+from benchmarks.store.foreign_texts import FORMULA_STARTS, visible
 from references import REFERENCES
 
 METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
 RESERVED_NAME = "galvi"
 PACKAGES = (RESERVED_NAME, "benchmarks", "references", "reports")
-LONGEST, MARKUP = (
-    60,
-    "<>$|`",
-)  # length of a name, and characters with a meaning in pages and figures
+LONGEST = 60  # characters of a name
+MARKUP = "<>$|`"  # characters with a meaning in pages and figures
 
 
 class ContenderError(Exception):
@@ -28,16 +26,17 @@ class ContenderError(Exception):
 
 
 class NotAsked(ContenderError):
-    """A request that was not made, as answers before were late."""
+    """A request that was not made, since earlier answers were late."""
 
 
 def load_class(path: str) -> Any:
-    """An instance of the class at "package.module:Class".
+    """An instance of the class at "package.module:Class"; an object that is no class as it is.
 
     Raises
     ------
     ContenderError
-        When it cannot be imported or lacks a required member.
+        When it cannot be imported or constructed, lacks a required member, or has a name that may
+        not be used.
     """
     contender = object_at(path, "contender", "Class")
     name = path.partition(":")[2]
@@ -57,7 +56,7 @@ def load_class(path: str) -> Any:
         raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
             f"{MARKUP}, that do not begin with {RESERVED_NAME!r}, which are galvi's own methods, "
-            f"nor with a formula's {' '.join(STARTS[:4])}, "
+            f"nor with a formula's {' '.join(FORMULA_STARTS[:4])}, "
             "and that no other code of the suite "
             f"has; received {contender.name!r}"
         )
@@ -65,12 +64,17 @@ def load_class(path: str) -> Any:
 
 
 def object_at(path: str, kind: str, noun: str) -> Any:
-    """The object at "package.module:name"; kind and noun are for messages.
+    """Import the object at "package.module:name".
+
+    Parameters
+    ----------
+    kind, noun
+        words of messages: "contender", "Class"
 
     Raises
     ------
     ContenderError
-        When it cannot be imported.
+        When the path has another form, or there is no such module or object.
     """
     module_name, _, name = path.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
@@ -107,7 +111,7 @@ def object_at(path: str, kind: str, noun: str) -> Any:
 
 
 def _suggested_path(path: str, noun: str) -> str:
-    """A suggestion for a file's path, or for a class after a dot; else ""."""
+    """The end of a message that suggests a path for a file or for a class after a dot, or ""."""
     path = f"{path}:{noun}" if path.endswith(".py") else path
     file, _, name = path.removeprefix("./").rpartition(":")
     module = file.removesuffix(".py").replace("/", ".")
@@ -121,7 +125,7 @@ def _suggested_path(path: str, noun: str) -> str:
 def _is_name(name: str) -> bool:
     one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
     word = " ".join(name.casefold().split())
-    is_reserved = word.startswith((RESERVED_NAME, *STARTS))
+    is_reserved = word.startswith((RESERVED_NAME, *FORMULA_STARTS))
     same_names = {code.name.casefold() for code in REFERENCES} & {
         word,
         word.partition(",")[0].rstrip(),
@@ -136,7 +140,7 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
     Raises
     ------
     ContenderError
-        When one of them has the wrong type or value.
+        When the order, the conserved quantities or the symmetry has the wrong type or value.
     """
     order, conserves = getattr(contender, "order", None), getattr(contender, "conserves", {})
     symmetric = getattr(contender, "symmetric", False)
@@ -160,12 +164,12 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
 
 
 def definition(contender: Any) -> tuple[str, int]:
-    """The file of its class and the line where that begins; "" and 0 where they are not known, as
-    for a class that has no ``class`` statement."""
-    kind = type(contender)
+    """The file of its class and the line where the class begins; "" and 0 where they are unknown,
+    as for a class without a ``class`` statement."""
+    cls = type(contender)
     try:
-        return plain_text(inspect.getsourcefile(kind) or ""), inspect.findsource(kind)[1] + 1
-    except Exception:  # what looks them up asks the contender's own module
+        return plain_text(inspect.getsourcefile(cls) or ""), inspect.findsource(cls)[1] + 1
+    except Exception:  # inspect runs code of the contender's module
         return "", 0
 
 

@@ -1,10 +1,11 @@
-"""Long runs of an external integrator, for `external.check_runs`: what it conserves, and whether
-it comes to the end.
+"""Long runs of an external integrator, for `external.check_runs`: changes of conserved quantities,
+and whether the runs reach the end.
 
-Each problem is run over some twenty revolutions, at the finest setting. One of them, the first that
-conserves something, is run on at the same step to MANY steps, or as many as its first run lets
-expect within a third of the limit of time; an integrator without steps over OVER times as long.
-States are kept at random times, as evenly spaced ones may beat with the motion.
+Each problem is run over some twenty revolutions, at the finest setting. The first problem that
+conserves something is also run from the start with LONGEST_RUN_STEPS steps of the same size, or
+with as many as TIME_FRACTION of the time limit allows, as predicted from the first run. An
+integrator without steps runs LENGTHENING times as long. States at random times are compared, since
+evenly spaced ones may beat with the motion.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ CUT = "difference of a run that starts half way"
 NOT_CUT = "no run that starts half way"
 NO_START = "It does not support the problem from half way, t = {:g}."
 LONGER = "{} in its longest run"
-PARTS = 200  # equal parts of a long run, or up to FINER times as many
-FINER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
+LONG_RUN_PARTS = 200  # equal parts of a long run, or up to MOST_PARTS_FACTOR times as many
+MOST_PARTS_FACTOR = 20
+GROUP_SIZE = 4  # one of so many successive states is compared
 SEEDS = (1, 2)
-MANY, OVER = 100_000, 6  # steps, and length over that of the first run, of the longest run
-CUT_STEPS = 0.2  # of MANY, of the run that is also started half way
-SHARE = 1.0 / 3.0  # of the limit of time, as it would be if time grew with the number of steps
+LONGEST_RUN_STEPS = 100_000
+LENGTHENING = 6  # duration of the longest run without steps over that of the first run
+CUT_FRACTION = 0.2  # of LONGEST_RUN_STEPS: steps of the run that is also started half way
+TIME_FRACTION = 1.0 / 3.0  # of the time limit, for a time proportional to the number of steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +58,11 @@ class LongRun:
 
     @property
     def problem(self) -> Problem:
-        """The problem that is run."""
+        """The problem of the conservation run: `watched` where the check has one."""
         return self.check.watched or self.check.problem
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Relative changes of what the motion conserves."""
+        """Yield rows of the relative changes of the conserved quantities."""
         yield from _changes(
             self.check, self.problem, self.checked.run, self.setting, "{}", self.check.conserved
         )
@@ -68,20 +71,30 @@ class LongRun:
 def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | None:
     """The long run on a problem; None where the integrator offers no settings for it."""
     problem = check.watched or check.problem
-    offered = offered_settings(external, problem, check.long, PARTS)
+    offered = offered_settings(external, problem, check.long, LONG_RUN_PARTS)
     if not offered:
         return None
     step = offered[-1].get("step")
-    parts = PARTS * max(1, min(FINER, round(check.long / step) // PARTS if step else FINER))
+    parts = LONG_RUN_PARTS * max(
+        1,
+        min(
+            MOST_PARTS_FACTOR,
+            round(check.long / step) // LONG_RUN_PARTS if step else MOST_PARTS_FACTOR,
+        ),
+    )
     setting = sampled(check.long, offered[-1], parts)
     steps = parts * setting["save_every"] if step else 0
     return LongRun(check, setting, external.checked(problem, check.long, setting), steps)
 
 
 def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[str, Any]]:
-    """Rows of the run that goes on from this one, in the sense of the same step: LONG, the number
-    of steps, or its time for one without steps, and the changes of what it declares to conserve.
-    Where the first run failed, only the first row, with its status."""
+    """Rows of a longer run from the same start at the same step.
+
+    Row LONG has its number of steps, or its duration for an integrator without steps; other rows
+    have the changes of the quantities that the integrator declares to conserve. Where a longer run
+    would take too long, row LONG is that of the first run; where the first run failed, it has the
+    reason.
+    """
     if not first.checked.run.success:
         yield row(
             study=first.check.problem.name,
@@ -92,16 +105,16 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
             status=failure(first.checked.run),
         )
         return
-    wanted = MANY / first.steps if first.steps else float(OVER)
-    longer = _in_time(external, first, wanted)
+    wanted_factor = LONGEST_RUN_STEPS / first.steps if first.steps else float(LENGTHENING)
+    factor = _in_time(external, first, wanted_factor)
     note = (
         ""
-        if longer == wanted or wanted <= 1.0
+        if factor == wanted_factor or wanted_factor <= 1.0
         else ("More would take over a third of the time limit, by the time of its shorter run.")
     )
     steps, duration, run, setting = first.steps, first.check.long, first.checked.run, first.setting
-    if longer > 1.0:
-        setting, steps, duration = _lengthened(first, longer)
+    if factor > 1.0:
+        setting, steps, duration = _lengthened(first, factor)
         run = external.checked(first.problem, duration, setting).run
         conserved = [name for name in first.check.conserved if name in external.conserves]
         yield from _changes(first.check, first.problem, run, setting, LONGER, conserved)
@@ -117,47 +130,57 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
 
 
 def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> float:
-    """By which factor to lengthen a run: `factor`, or less where the time limit requires it."""
-    # the time of states that are copied at each step grows with the square of their number
+    """The factor by which to lengthen a run: `factor`, or less where the time limit requires it."""
+    # the square root: copying all states at each step takes a time that grows as their square
     in_time = external.limit / max(first.checked.seconds, 1e-9)
-    return min(factor, SHARE * in_time, in_time**0.5)
+    return min(factor, TIME_FRACTION * in_time, in_time**0.5)
 
 
 def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[str, Any]]:
-    """Row CUT of a run over many steps, as fine as the finest for the problem's duration: how far
-    its end is from that of another run, which starts half way, from its state and at its time
-    there, relative to the way from the start. Where it does not support that start, row NOT_CUT,
-    the reason in its status.
+    """Row CUT: the difference between the ends of a run and of another that starts half way.
 
-    A one-step method differs by rounding, any other by its error; a clock that goes wrong late, by
-    the motion.
+    The second run starts from the first one's state and time half way. The difference is relative
+    to the largest distance from the start. Where the integrator does not support that start, row
+    NOT_CUT has the reason in its status. Nothing where the first run fails.
+
+    The ends of a one-step method differ by rounding, those of other methods by their error; where
+    a run uses the wrong time, they differ by the size of the motion.
     """
     first = long_run(external, replace(check, long=check.duration, watched=None))
     if not (first and first.checked.run.success):
         return
-    wanted = CUT_STEPS * MANY / first.steps if first.steps else OVER * check.long / check.duration
-    longer = _in_time(external, first, wanted)
+    wanted_factor = (
+        CUT_FRACTION * LONGEST_RUN_STEPS / first.steps
+        if first.steps
+        else LENGTHENING * check.long / check.duration
+    )
+    factor = _in_time(external, first, wanted_factor)
     setting, steps, duration = first.setting, first.steps, check.duration
-    if longer > 1.0:
-        setting, steps, duration = _lengthened(first, longer)
-    saving = {"save_every": steps // 2} if steps else {"samples": 2}
+    if factor > 1.0:
+        setting, steps, duration = _lengthened(first, factor)
+    output = {"save_every": steps // 2} if steps else {"samples": 2}
     problem, half = first.problem, duration / 2.0
-    run = external.checked(problem, duration, {**setting, **saving}).run
+    run = external.checked(problem, duration, {**setting, **output}).run
     difference, why = float("nan"), failure(run)
     if run.success:
         system: Any = problem.system
-        later = replace(problem, q0=run.q[1], v0=system.velocity(run.p[1]), t0=problem.t0 + half)
-        if not external.supports(later):
-            why = NO_START.format(later.t0)
+        second_half = replace(
+            problem, q0=run.q[1], v0=system.velocity(run.p[1]), t0=problem.t0 + half
+        )
+        if not external.supports(second_half):
+            why = NO_START.format(second_half.t0)
             yield row(study=check.problem.name, quantity=NOT_CUT, t=duration, status=why)
             return
-        saving = {"save_every": steps // 2} if steps else {"samples": 1}
-        again = external.checked(later, half, {**setting, **saving}).run
-        why, way = failure(again), first.checked.run
+        output = {"save_every": steps // 2} if steps else {"samples": 1}
+        again = external.checked(second_half, half, {**setting, **output}).run
+        why, first_run = failure(again), first.checked.run
         if again.success:
             difference = max(
                 float(np.max(np.abs(end - uncut[-1])) / np.max(np.abs(states - states[0])))
-                for end, uncut, states in ((again.q[-1], run.q, way.q), (again.p[-1], run.p, way.p))
+                for end, uncut, states in (
+                    (again.q[-1], run.q, first_run.q),
+                    (again.p[-1], run.p, first_run.p),
+                )
             )
     yield row(
         study=check.problem.name,
@@ -173,8 +196,14 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
 def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, float]:
     """The setting, the number of steps and the duration of a run `factor` times as long."""
     if not first.steps:
-        return {**first.setting, "samples": PARTS * FINER}, 0, factor * first.check.long
-    parts = PARTS * max(1, min(FINER, round(factor * first.steps) // PARTS))
+        return (
+            {**first.setting, "samples": LONG_RUN_PARTS * MOST_PARTS_FACTOR},
+            0,
+            factor * first.check.long,
+        )
+    parts = LONG_RUN_PARTS * max(
+        1, min(MOST_PARTS_FACTOR, round(factor * first.steps) // LONG_RUN_PARTS)
+    )
     save_every = max(1, round(factor * first.steps / parts))
     setting = {**first.setting, "save_every": save_every}
     return setting, parts * save_every, parts * save_every * first.setting["step"]
@@ -211,14 +240,17 @@ def _changes(
 
 
 def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:
-    """A random one of each CHOICE successive values, and the middle of their times; all values
-    where there are fewer than CHOICE in a part."""
-    groups = (t.size - 1) // CHOICE  # the first is the start
-    if groups * CHOICE <= PARTS:
+    """Mean times and randomly chosen values of groups of GROUP_SIZE successive states.
+
+    The start is in no group. All times and values are returned where the groups hold at most
+    LONG_RUN_PARTS states.
+    """
+    groups = (t.size - 1) // GROUP_SIZE  # the first is the start
+    if groups * GROUP_SIZE <= LONG_RUN_PARTS:
         return t, values
-    chosen = np.random.default_rng(seed).integers(CHOICE, size=groups)
-    first = 1 + CHOICE * np.arange(groups)
-    middle = np.mean(t[1 : 1 + CHOICE * groups].reshape(groups, CHOICE), axis=1)
+    chosen = np.random.default_rng(seed).integers(GROUP_SIZE, size=groups)
+    first = 1 + GROUP_SIZE * np.arange(groups)
+    middle = np.mean(t[1 : 1 + GROUP_SIZE * groups].reshape(groups, GROUP_SIZE), axis=1)
     return middle, values[first + chosen]
 
 

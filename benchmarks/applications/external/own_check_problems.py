@@ -15,22 +15,22 @@ from galvi.arrays import Array
 from references import reference
 
 SAMPLES = 20  # states of the truth at which energy and angular momentum are compared
-ROUND_OFF = 1e-14  # relative error that no truth is better than
-FLOOR = 10.0  # errors that show an order, over the truth's own
-LINEAR = "oscillator, closed form"  # a truth of motions that show no order
+ROUND_OFF = 1e-14  # smallest relative error of any truth
+FLOOR_FACTOR = 10.0  # least ratio of errors that show an order to the truth's own
+LINEAR_REFERENCE = "oscillator, closed form"  # reference whose motions show no order
 
 
 def own_check_problem(path: str) -> CheckProblem:
-    """The problem of the function at "package.module:function", for the checks.
+    """The problem for checks that the function at "package.module:function" returns.
 
-    Its truth is that of `benchmarks.work_precision.truths`; energy and angular momentum are kept
-    where this truth keeps them. The long run is as long as the function says.
+    Its truth is that of `benchmarks.work_precision.truths`; energy and angular momentum are checked
+    where this truth conserves them. The long run has the function's duration.
 
     Raises
     ------
     ContenderError
-        For anything else than a problem and its duration, for one that cannot be sent to another
-        process, and for one that no code but galvi solves.
+        Where the function does not return a problem and its duration, and for a problem that cannot
+        be sent to another process or that no code but galvi solves.
     """
     problem, duration = load_problem(path)
     require_sendable(problem)
@@ -55,8 +55,8 @@ def own_check_problem(path: str) -> CheckProblem:
         contender,
         setting,
         size=size,
-        floor=max(1e-11, FLOOR * error),
-        ordered=np.inf if name == LINEAR else 0.0,
+        floor=max(1e-11, FLOOR_FACTOR * error),
+        ordered=np.inf if name == LINEAR_REFERENCE else 0.0,
         conserved=tuple(conserved),
         long=duration,
         energy=energy,
@@ -64,5 +64,5 @@ def own_check_problem(path: str) -> CheckProblem:
 
 
 def energy(problem: Problem, q: Array, p: Array) -> Array:
-    """The energy (k,) of the problem's own functions at states (k, ...) of its start's time."""
+    """The energy (k,) by the problem's own functions at states (k, ...), at the start's time."""
     return galvi.energy(Trajectory(problem, np.full(len(q), problem.t0), q, p))

@@ -8,21 +8,23 @@ from dataclasses import replace
 from benchmarks.applications.external.loading import ContenderError, describe_error, object_at
 from galvi import Problem, input_checks
 
-KIND = "problem", "function"
+PATH_NOUNS = "problem", "function"
 
 
 def load_problem(path: str, duration: float | None = None) -> tuple[Problem, float]:
-    """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration),
-    or () -> galvi.Problem where a duration is given, which takes precedence.
+    """Call the function at the path and return its problem and the duration.
 
-    A problem without a name gets that of the function.
+    The function takes no arguments and returns (galvi.Problem, duration). Where `duration` is
+    passed, it takes precedence, and the function may return the problem alone. A problem without a
+    name is named after the function.
 
     Raises
     ------
     ContenderError
-        For anything else.
+        Where the path leads to no function, the function raises or returns another value, or the
+        duration is not positive.
     """
-    function = object_at(path, *KIND)
+    function = object_at(path, *PATH_NOUNS)
     if not callable(function):
         raise ContenderError(f"{path} must be a function; received a {type(function).__name__}")
     try:

@@ -1,4 +1,4 @@
-"""What an external integrator prints: kept apart from galvi's output, its first lines as text."""
+"""The output of an external integrator, read apart from galvi's: a count and the first lines."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import threading
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 
-from benchmarks.store.foreign_texts import LONGEST, log_line
+from benchmarks.store.foreign_texts import LONGEST_LOG_LINE, log_line
 
-FIRST = 20  # lines that are kept
-BLOCK = 1 << 16  # bytes of a read
+FIRST_LINES = 20  # lines that are kept
+READ_BYTES = 1 << 16  # bytes of a read
 
 
 @dataclass(eq=False)
@@ -22,7 +22,7 @@ class Printed:
     lines
         number of lines; an unfinished one counts
     first
-        the first FIRST lines, as in a log
+        the first FIRST_LINES lines, each as one line of a log
     """
 
     lines: int = 0
@@ -36,7 +36,7 @@ class Printed:
         reader.start()
 
     def wait(self) -> None:
-        """Wait until all is read that was printed by processes that have ended."""
+        """Wait for the readers of processes that have ended, at most 1 s for each."""
         while self._readers:
             self._readers.pop().join(1.0)
 
@@ -45,23 +45,23 @@ class Printed:
         self.lines, self.first = 0, []
 
     def sentence(self) -> str:
-        """The number of printed lines and the first one; empty without lines."""
+        """A sentence with the number of printed lines and the first one; "" without lines."""
         if not self.lines:
             return ""
-        many = f"{self.lines:,} lines, the first of them" if self.lines > 1 else "a line:"
-        return f'printed {many} "{self.first[0]}".'
+        count = f"{self.lines:,} lines, the first of them" if self.lines > 1 else "a line:"
+        return f'printed {count} "{self.first[0]}".'
 
     def _read(self, pipe: Connection) -> None:
         line = b""  # the unfinished one
         with pipe:
             while block := _block(pipe):
-                *ended, unfinished = (line + block).split(b"\n")
-                self.lines += len(ended)
-                self.first += map(_text, ended[: FIRST - len(self.first)])
-                line = unfinished[: 8 * LONGEST]  # more bytes than are shown
+                *completed, unfinished = (line + block).split(b"\n")
+                self.lines += len(completed)
+                self.first += map(_text, completed[: FIRST_LINES - len(self.first)])
+                line = unfinished[: 8 * LONGEST_LOG_LINE]  # more bytes than are shown
         if line:
             self.lines += 1
-            self.first += [_text(line)] if len(self.first) < FIRST else []
+            self.first += [_text(line)] if len(self.first) < FIRST_LINES else []
 
 
 def _text(line: bytes) -> str:
@@ -70,6 +70,6 @@ def _text(line: bytes) -> str:
 
 def _block(pipe: Connection) -> bytes:
     try:
-        return os.read(pipe.fileno(), BLOCK)
+        return os.read(pipe.fileno(), READ_BYTES)
     except OSError:
         return b""

@@ -1,16 +1,16 @@
-"""Checks of external integrators one by one, for a process that imports nothing of galvi: the
-plugin of pytest, which starts this program by `galvi.command.serve_checks`.
+"""Checks of external integrators one by one, served to a process that does not import galvi.
 
-It reads requests and writes answers, each a line of JSON:
+The plugin of pytest starts this program by `galvi.command.serve_checks`. It reads requests and
+writes answers, each a line of JSON:
 
 {"contenders": [path, ...], "problems": [path, ...], "limit": seconds, "folders": [path, ...]}
                  the first one, without an answer; problems of one's own replace those of the suite.
                  Modules are looked for in these folders last
 {"do": "list"}   "items": for each check its contender's path and name, the check's name, and the
-                 problem's, "" for all problems together; or "usage": a sentence on what cannot be
-                 loaded
-an item          "outcome": passed, failed or skipped, and "text": why. Where nothing was asked as
-                 answers to earlier items were late, it is skipped
+                 problem's, "" for all problems together; or "usage": a sentence on a contender or
+                 problem that cannot be loaded
+an item          "outcome": passed, failed or skipped, and "text": the reason. An item is skipped
+                 where no request was made, since answers to earlier items were late
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from benchmarks.applications.external.checks import (
     CHECKS,
     FAILURES,
     Check,
-    Judge,
+    ClaimRows,
     supported_and_faulty,
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
@@ -43,7 +43,7 @@ from benchmarks.store.frames import frame, pick
 
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 CONTENDER, PROBLEM, LIMIT = "--galvi", "--galvi-problem", "--galvi-timeout"  # options of pytest
-SHOWN = 5  # first lines of what an integrator printed in an item that failed
+SHOWN_LINES = 5  # lines of an integrator's output in the text of a failed item
 NOTHING_MEASURED = (
     "It gives nothing to measure here, as its run or its settings failed, or has no step."
 )
@@ -52,14 +52,16 @@ Item = Mapping[str, str]
 
 @dataclass(eq=False)
 class ServedChecks:
-    """The checks of these integrators; raises ContenderError for what cannot be loaded.
+    """The checks of these integrators.
+
+    Its methods raise ContenderError for an integrator or a problem that cannot be loaded.
 
     Attributes
     ----------
     contenders
         their paths, "package.module:Class"
     problems
-        paths of problems in place of the suite's; empty for those
+        paths of problems in place of the suite's; empty: the suite's
     limit
         seconds for each answer of an integrator
     """
@@ -82,7 +84,7 @@ class ServedChecks:
         return [item for path in self.contenders for item in self._items_of(path)]
 
     def measured(self, item: Item) -> tuple[str, str]:
-        """The outcome of an item, and why."""
+        """Measure an item; returns PASSED, FAILED or SKIPPED, and the reason."""
         external = self._external(item["contender"])
         supported, _ = self._problems_of(external)
         (check,) = (check for check in (FAILURES, *CHECKS) if check.name == item["check"])
@@ -91,27 +93,28 @@ class ServedChecks:
         else:
             problems = check.problems(external, supported)
         external.forget_faults()
-        runs = self._runs.get(external.path, Runs(external)).anew()
+        runs = self._runs.get(external.path, Runs(external)).for_another_measurement()
         self._runs[external.path] = runs
         rows = [row for problem in problems for row in check.measure(runs, problem)]
         table = frame([*rows, *map(runs.failures, problems)])
-        judge = Judge(item["check"], external, self._problems)
-        judged = check.judged_jointly(judge, table)
+        claim_rows = ClaimRows(item["check"], external, self._problems)
+        rows_checked = check.rows_of_all(claim_rows, table)
         for problem in problems:
             rows_of_it = pick(table, study=problem.problem.name)
-            judged += check.judged(judge, problem, rows_of_it)
-            failures = judge.failures(problem, rows_of_it) if check is not FAILURES else []
-            judged += [row for row in failures if row.verdict != row.expected]
-        end, text = outcome(judged)
-        if end != FAILED:
-            return end, text
-        unasked = external.only_unasked
-        if unasked and all(problem in supported for problem in problems):
-            return SKIPPED, unasked
+            rows_checked += check.rows_on_problem(claim_rows, problem, rows_of_it)
+            failures = claim_rows.failures(problem, rows_of_it) if check is not FAILURES else []
+            rows_checked += [row for row in failures if row.verdict != row.expected]
+        verdict, text = outcome(rows_checked)
+        if verdict != FAILED:
+            return verdict, text
+        reason_not_asked = external.only_unasked
+        if reason_not_asked and all(problem in supported for problem in problems):
+            return SKIPPED, reason_not_asked
         if external.printed.lines:
-            shown = "\n".join(external.printed.first[:SHOWN])
+            first_lines = "\n".join(external.printed.first[:SHOWN_LINES])
             text += (
-                f"\nIt printed (lines: {external.printed.lines:,}; the first are shown):\n{shown}"
+                f"\nIt printed (lines: {external.printed.lines:,}; the first are shown):\n"
+                f"{first_lines}"
             )
         return FAILED, text
 
@@ -175,16 +178,17 @@ class ServedChecks:
     def _is_judged_jointly(
         self, check: Check, external: ExternalIntegrator, supported: Sequence[CheckProblem]
     ) -> bool:
-        """An order is where it is declared; of problems of one's own none need to have all that is
-        conserved."""
+        """Whether a check of all problems together has an item: the order where it is declared and
+        a problem is supported; declarations where no problem is supported, or where conserved
+        quantities are declared and the problems are the suite's."""
         if check.name == "order":
             return external.order is not None and bool(supported)
         return not supported or (bool(external.conserves) and not self.problems)
 
 
 def outcome(rows: Sequence[Row]) -> tuple[str, str]:
-    """The outcome of an item with these rows of claims.csv, and why: a paragraph for each row that
-    is not as expected."""
+    """PASSED, FAILED or SKIPPED for an item with these rows of claims.csv, and the reason: for a
+    failure a paragraph for each row that is not as expected."""
     differing = [row for row in rows if row.verdict != row.expected]
     if differing:
         return FAILED, "\n".join(map(_paragraph, differing))
@@ -212,8 +216,10 @@ def _name(problem: CheckProblem) -> str:
 
 
 def serve() -> None:
-    """Answer requests until there are no more. The user's code has an empty standard input, and its
-    output goes to the standard error."""
+    """Answer requests until there are no more.
+
+    The user's code has an empty standard input, and its output goes to the standard error.
+    """
     requests = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
     empty_input = os.open(os.devnull, os.O_RDONLY)
     os.dup2(empty_input, sys.stdin.fileno())

@@ -21,13 +21,13 @@ class TimedRun:
     Attributes
     ----------
     ask
-        number of runs -> data of the last one and mean seconds; raises ContenderError
+        number of runs -> arrays and counts of the last one, mean seconds; raises ContenderError
     report
         called with the error of each failure
     took
-        seconds of the last call, inside its process
+        time of the last call that succeeded, inside its process
     failure
-        why a call failed, or ""
+        reason why a call failed; "" if none did
     """
 
     name: str
@@ -36,13 +36,13 @@ class TimedRun:
     setting: dict[str, Any]
     ask: Callable[[int], tuple[dict[str, Any], float]]
     report: Callable[[ContenderError], None]
-    took: float = float("nan")
+    seconds_of_last_call: float = float("nan")
     failure: str = ""
 
     def __call__(self) -> Trajectory:
-        """Run once; a failed trajectory when it returned none."""
+        """Run once; a failed trajectory where `ask` raises ContenderError."""
         try:
-            parts, self.took = self.ask(1)
+            parts, self.seconds_of_last_call = self.ask(1)
         except ContenderError as error:
             self._fail(error)
             return self._failed_run()
@@ -50,7 +50,7 @@ class TimedRun:
         return Trajectory(self.problem, **arrays, **parts, method=self.name)
 
     def seconds(self, repeats: int) -> float:
-        """Mean seconds of a call over `repeats` in its process; NaN after a failure."""
+        """Mean seconds of a run over `repeats` runs in its process; NaN after a failure."""
         if self.failure:
             return float("nan")
         try:
@@ -64,7 +64,8 @@ class TimedRun:
         self.report(error)
 
     def _failed_run(self) -> Trajectory:
-        """A failed trajectory: NaN at the requested times, or at the ends if they are invalid."""
+        """A failed trajectory: NaN at the requested times, or at start and end where these are
+        invalid or more than MOST_STATES."""
         try:
             t = saved_times(self.problem, self.duration, self.setting)
         except (TypeError, ValueError, OverflowError, MemoryError):

@@ -1,7 +1,7 @@
-"""Validate the results of an external integrator, inside its process.
+"""Validate the answers of an external integrator, inside its process.
 
-Each function returns plain numbers and arrays, which can be unpickled without the integrator's
-code, and raises ContenderError with a sentence for anything else.
+The values that are returned are plain numbers, texts and arrays, which can be unpickled without the
+integrator's code. Invalid answers raise ContenderError with a sentence.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from galvi.arrays import Array
 from references.setting import fixed_steps, sample_times
 
 MOST_STEPS, MOST_STATES = 10**10, 10**7  # limits of a run
-# Tolerances: of a time, relative to the duration; of the first state, relative to the largest
-# component of the start.
-TOLERANCE = 1e-9
+# Tolerance of a time, relative to the duration, and of the first state, relative to the largest
+# component of all states.
+RELATIVE_TOLERANCE = 1e-9
 
 
 def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -> Array:
@@ -39,7 +39,12 @@ def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -
 
 
 def valid_settings(offered: Sequence[Any], duration: float) -> list[dict[str, Any]]:
-    """The settings: at least one, of plain values, within bounds, from coarse to fine."""
+    """The settings as plain values.
+
+    Raises ContenderError unless there is one at least, steps are positive, and the numbers of steps
+    and states are within bounds. Where the settings differ by their steps alone, the last step must
+    not be longer than the first.
+    """
     if not offered or not all(isinstance(mapping, Mapping) for mapping in offered):
         raise ContenderError(f"Its settings must be mappings, one at least; received {offered!r}.")
     settings = [
@@ -92,7 +97,7 @@ def _check_bounds(setting: Mapping[str, Any], duration: float) -> None:
 
 
 def valid_claim(claimed: Any) -> float:
-    """A claimed error: a positive number."""
+    """The claimed error as a float; ContenderError unless it is a positive number."""
     if not is_positive(claimed):
         raise ContenderError(
             f"The error that it claims must be a positive number; received {claimed!r}."
@@ -103,7 +108,7 @@ def valid_claim(claimed: Any) -> float:
 def valid_run(
     run: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """t, q, p, success, status and counts of the requested run."""
+    """t, q, p, success, status and counts of a run, checked against the request."""
     if not isinstance(run, Trajectory):
         raise ContenderError(
             f"Its run must return a galvi.Trajectory; received {type(run).__name__}."
@@ -130,18 +135,12 @@ def valid_run(
 
 
 def _numbers(name: str, part: Any) -> Array:
-    """The array as a copy, float64.
-
-    Raises
-    ------
-    ContenderError
-        For anything but real numbers.
-    """
+    """A copy of the array as float64; ContenderError unless it has real numbers."""
     try:
-        kind = np.asarray(part).dtype
-        if kind.kind in "biufO":
+        dtype = np.asarray(part).dtype
+        if dtype.kind in "biufO":
             return np.array(part, dtype=np.float64)
-        why = f"received {kind}"
+        why = f"received {dtype}"
     except (TypeError, ValueError) as error:
         why = str(error)
     raise ContenderError(f"Its {name} must be an array of real numbers; {why}.")
@@ -156,7 +155,7 @@ def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[s
             f"samples; received {dict(setting)!r} ({describe_error(error)})."
         ) from None
     if t.shape != times.shape or not np.allclose(
-        t, times, rtol=0.0, atol=TOLERANCE * abs(duration)
+        t, times, rtol=0.0, atol=RELATIVE_TOLERANCE * abs(duration)
     ):
         received = (
             f"{len(t)} from {t[0]:g} to {t[-1]:g}"
@@ -170,12 +169,12 @@ def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[s
 
 
 def _check_states(q: Array, p: Array, problem: Problem) -> None:
-    """Check that states are finite and begin with the problem's start."""
+    """Raise ContenderError unless states are finite and begin with the problem's start."""
     if not (np.isfinite(q).all() and np.isfinite(p).all()):
         raise ContenderError("It says that it succeeded, and its states are not finite.")
     for name, states, start in (("q", q, problem.q0), ("p", p, problem.p0)):
-        off = np.max(np.abs(states[0] - start))
-        if off > TOLERANCE * max(np.max(np.abs(states)), np.max(np.abs(start))):
+        difference = np.max(np.abs(states[0] - start))
+        if difference > RELATIVE_TOLERANCE * max(np.max(np.abs(states)), np.max(np.abs(start))):
             raise ContenderError(
                 f"Its first {name} must be the problem's start, {_one_line(start)}; received "
                 f"{_one_line(states[0])}."

@@ -35,16 +35,19 @@ from benchmarks.applications.external.loading import (
 from benchmarks.applications.external.validation import valid_claim, valid_run, valid_settings
 from galvi import Problem, Trajectory
 
-RUNGS = (1, 4, 16, 64)  # multiples of the fewest steps
-ROUNDS = 3  # of repeated runs whose growth of memory is compared
-ROUND, MOST_RUNS = 0.4, 2000  # seconds of such a round, and most runs
-SLOW = 4.0  # seconds of a run, of which memory is not measured
-RETURNED: WeakSet[Trajectory] = WeakSet()
+STEP_MULTIPLES = (1, 4, 16, 64)  # multiples of the fewest steps
+MEMORY_ROUNDS = 3  # rounds of repeated runs, whose growth of memory is compared
+ROUND_SECONDS, MOST_RUNS_A_ROUND = 0.4, 2000  # of one such round
+SLOW_RUN_SECONDS = 4.0  # longer runs are not repeated to measure memory
+RETURNED_RUNS: WeakSet[Trajectory] = WeakSet()
 contender_at = cache(load_class)
 
 
 def prepare(output: Connection) -> None:
-    """Become leader of a process group, which child processes join; print to this pipe."""
+    """Send the output of this process to the pipe and make it leader of a process group.
+
+    Elsewhere than on POSIX there is no group, and output is discarded.
+    """
     parent = multiprocessing.parent_process()
     assert parent is not None, (
         "only a process that multiprocessing started has a parent to end with"
@@ -89,13 +92,13 @@ def supports(contender: Any, problem: Problem) -> bool:
 
 def equal_steps(duration: float, fewest: int) -> list[dict[str, Any]]:
     """The settings of an integrator that offers none, from coarse to fine."""
-    return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
+    return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in STEP_MULTIPLES)]
 
 
 def settings(
     contender: Any, problem: Problem, duration: float, fewest: int
 ) -> list[dict[str, Any]]:
-    """Its own settings, or multiples of `fewest` equal steps, from coarse to fine."""
+    """The settings that it offers, or else multiples of `fewest` equal steps, coarse to fine."""
     if not hasattr(contender, "settings"):
         return equal_steps(duration, fewest)
     return valid_settings(list(contender.settings(problem, duration)), duration)
@@ -104,7 +107,7 @@ def settings(
 def claimed_error(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> float | None:
-    """The largest error it claims for such a run; None when it claims none."""
+    """The largest error that it claims for such a run; None without a method for this."""
     if not hasattr(contender, "claimed_error"):
         return None
     return valid_claim(contender.claimed_error(problem, duration, dict(setting)))
@@ -113,27 +116,28 @@ def claimed_error(
 def timed_run(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any], repeats: int = 1
 ) -> tuple[dict[str, Any], float]:
-    """The last of `repeats` runs, validated, and their mean time in seconds."""
+    """The parts of the last of `repeats` runs, validated, and their mean time in seconds."""
     run, start = None, time.perf_counter()
     for _ in range(repeats):
         before, run = run, contender.run(problem, duration, dict(setting))
     seconds = (time.perf_counter() - start) / repeats
     parts = valid_run(run, problem, duration, setting)
-    if run is before or run in RETURNED:
+    if run is before or run in RETURNED_RUNS:
         raise ContenderError(
             "It returned a trajectory that it had returned before; each run must be made."
         )
-    RETURNED.add(run)
+    RETURNED_RUNS.add(run)
     return parts, seconds
 
 
 def memory_growth(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> float:
-    """Bytes by which the memory of this process grows in ROUNDS equal rounds of runs after a warm
-    one: ROUNDS times the least growth of a round, so that what is taken once is no growth.
+    """Bytes by which repeated runs make this process grow.
 
-    NaN where a single run takes longer than SLOW.
+    After a warm round there are MEMORY_ROUNDS equal ones. The growth is MEMORY_ROUNDS times the
+    least growth of a round, so that memory that is allocated once does not count. NaN where a run
+    takes longer than SLOW_RUN_SECONDS.
     """
 
     def seconds(runs: int) -> float:
@@ -149,15 +153,15 @@ def memory_growth(
     process = psutil.Process()
     seconds(1)  # it may compile
     run_seconds = seconds(1)
-    if run_seconds > SLOW:
+    if run_seconds > SLOW_RUN_SECONDS:
         return math.nan
-    runs = max(1, min(MOST_RUNS, int(ROUND / max(run_seconds, 1e-9))))
+    runs = max(1, min(MOST_RUNS_A_ROUND, int(ROUND_SECONDS / max(run_seconds, 1e-9))))
     seconds(runs)
     levels = [memory()]
-    for _ in range(ROUNDS):
+    for _ in range(MEMORY_ROUNDS):
         seconds(runs)
         levels.append(memory())
-    return float(ROUNDS * max(0, min(after - before for before, after in pairwise(levels))))
+    return float(MEMORY_ROUNDS * max(0, min(after - before for before, after in pairwise(levels))))
 
 
 ANSWERS = {

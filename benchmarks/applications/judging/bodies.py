@@ -1,4 +1,4 @@
-"""What a judgement of point masses needs: truths, integrators, errors, encounters."""
+"""Truths, integrators, errors and encounters for a judgement of point masses."""
 
 from __future__ import annotations
 
@@ -28,9 +28,11 @@ from references.rebound.trace import TRACE
 from references.rebound.users import defaults, of_user
 from references.scipy.ivp import DOP853, TIGHT
 
-ORBITS = 100  # revolutions of the fastest body, where no duration is given
-NEAR = 3.0  # mutual Hill radii within which a passage is an encounter
-PER_ORBIT = 48  # states of the truth a revolution of the fastest body, to find encounters
+DEFAULT_REVOLUTIONS = 100  # of the fastest body, where no duration is given
+ENCOUNTER_HILL_RADII = 3.0  # mutual Hill radii within which a passage is an encounter
+STATES_PER_REVOLUTION = (
+    48  # states of the truth a revolution of the fastest body, to find encounters
+)
 MOST_STATES = 20_000
 INTEGRATORS = {  # by their names in REBOUND
     "ias15": ias15.IAS15,
@@ -56,7 +58,9 @@ INTEGRATORS = {  # by their names in REBOUND
 }
 ADAPTIVE = ("ias15", "bs")
 CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
-LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
+LIGHT_PAIR_FRACTION = (
+    0.1  # of the heaviest mass: largest sum of two masses with a mutual Hill radius
+)
 PART, ENGINE, ANOTHER = "body", "rebound", ""
 ENGINE_HINT = "install the extra peers (pip install heyoka) for heyoka as a second"
 COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
@@ -65,12 +69,15 @@ IN_CLOCK = {8: (1.0, 0.7, 0.5, 0.35, 0.2), 16: (1.6, 1.2, 0.9, 0.6)}  # degree: 
 
 
 def model(problem: Problem) -> Model:
-    """The model of a problem alone, with the simulation that it came from or that is made of it."""
+    """The model of a problem, with a simulation of REBOUND made from the problem."""
     return Model(problem, simulation_of(problem))
 
 
 def shortest_period(problem: Problem) -> float:
-    """The shortest period of two bodies that are bound to each other; of none, that of circles."""
+    """The shortest period of two bodies that are bound to each other.
+
+    Where none are bound, the shortest period of a circle with the distance of two bodies.
+    """
     system = problem.system
     bound, circles = [], []
     for i in np.flatnonzero(system.masses):
@@ -85,12 +92,12 @@ def shortest_period(problem: Problem) -> float:
 
 
 def default_duration(problem: Problem) -> float:
-    """``ORBITS`` revolutions of the fastest body."""
-    return ORBITS * shortest_period(problem)
+    """``DEFAULT_REVOLUTIONS`` revolutions of the fastest body."""
+    return DEFAULT_REVOLUTIONS * shortest_period(problem)
 
 
 def span(duration: float, step: float) -> float:
-    """The duration, negative where it or the own step is."""
+    """The duration, negative where it or the user's step is negative."""
     return -abs(duration) if step < 0.0 or duration < 0.0 else duration
 
 
@@ -101,8 +108,8 @@ def own_contender(model: Model, name: str) -> Contender:
 
 
 def label(contender: Contender, options: Mapping[str, Any]) -> str:
-    """The integrator with those of its options that are not REBOUND's defaults; coordinates always,
-    where it has a choice."""
+    """The integrator's name and those options that differ from REBOUND's defaults; the option
+    `coordinates` is always named."""
     usual = defaults(contender.integrator)
     option_texts = [
         f"{name} {value}".lower()
@@ -114,20 +121,25 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
 
 def states(problem: Problem, duration: float) -> int:
     """The number of states of the truth that are needed to find encounters."""
-    if not meeting(problem.system.masses):
+    if not pairs_with_hill_radius(problem.system.masses):
         return 1
-    return min(math.ceil(PER_ORBIT * abs(duration) / shortest_period(problem)), MOST_STATES)
+    return min(
+        math.ceil(STATES_PER_REVOLUTION * abs(duration) / shortest_period(problem)), MOST_STATES
+    )
 
 
 def sources(model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
-    """IAS15 on the user's own simulation, with another epsilon first where that is the own setting;
-    then other engines, unless they would run forces that are not read to rounding, and galvi's
-    opinion."""
+    """Possible sources of the truth, the best first.
+
+    IAS15 on the user's own simulation at two epsilons, the smaller one first where the user runs
+    IAS15; other engines, unless the forces are not read to rounding; and galvi, which is no source
+    of its own.
+    """
     problem = model.problem
     radau: Any = ias15.IAS15
     if model.native is not None:
         radau = of_user(radau, model.native, problem, keep_settings=False)
-    read_alike = not _inexact(model)
+    forces_are_exact = not _inexact(model)
     tight = {**ias15.DEFAULT, "epsilon": 1e-10}
     all_sources = [
         Source("REBOUND IAS15", "REBOUND", radau, dict(ias15.DEFAULT)),
@@ -141,7 +153,7 @@ def sources(model: Model, duration: float, user_setting: UserSetting) -> list[So
     return [
         source
         for source in all_sources
-        if (read_alike or source.engine in ("REBOUND", ""))
+        if (forces_are_exact or source.engine in ("REBOUND", ""))
         and not source.contender.missing
         and source.contender.supports(problem)
     ]
@@ -158,7 +170,8 @@ def _inexact(model: Model) -> str:
 
 
 def check(model: Model, truth: Trajectory) -> None:
-    """ValueError where REBOUND's accelerations at states of the truth are not the problem's."""
+    """Raise ValueError where REBOUND's accelerations at states of the truth are not the
+    problem's."""
     if model.native is not None:
         for k in np.linspace(0, len(truth.t) - 1, 4).astype(int):
             check_reading(model.native, model.problem, truth.q[k], truth.v[k])
@@ -195,10 +208,10 @@ def notes(model: Model, user_setting: UserSetting, truth: Trajectory) -> list[st
         distance = problem.parameters.get(name, 0.0)
         if not distance:
             continue
-        over = np.flatnonzero(beyond(sizes, distance))
+        rows_beyond = np.flatnonzero(beyond(sizes, distance))
         ends = (
-            f"ends there at about t = {time_text(truth, truth.t[over[0]])}"
-            if over.size
+            f"ends there at about t = {time_text(truth, truth.t[rows_beyond[0]])}"
+            if rows_beyond.size
             else ("never reaches it")
         )
         remarks.append(f"{name} = {distance:g} is ignored here: your own run {ends}.")
@@ -217,12 +230,14 @@ def _nearest(q: Array) -> Array:
 def candidates(
     model: Model, duration: float, user_setting: UserSetting
 ) -> Iterator[list[Candidate]]:
-    """For each integrator its settings from coarse to fine, or the steps to begin with, on a
-    new simulation, with the heaviest body first, or on the user's own, where it has
-    forces of REBOUNDx."""
+    """Yield for each integrator its settings from coarse to fine, or the steps to begin with.
+
+    REBOUND's run on a new simulation with the heaviest body first, or on the user's own where it
+    has forces of REBOUNDx.
+    """
     problem, forced = model.problem, isinstance(model.native, Forced)
 
-    def on_it(contender: Any) -> Any:
+    def on_simulation(contender: Any) -> Any:
         if forced:
             return of_user(contender, model.native, problem, keep_settings=False)
         return contender
@@ -240,7 +255,7 @@ def candidates(
         clocked = in_clock(degree, galvi.DynamicalTime())
         if clocked.supports(problem):
             yield [Candidate(clock_label(degree), clocked, {"step": h}, None) for h in sizes]
-    kinds: list[tuple[str, Any, Mapping[str, Any]]] = [
+    peers: list[tuple[str, Any, Mapping[str, Any]]] = [
         ("REBOUND WHFast512, corrector 17", whfast512.WHFAST512, whfast512.BEST),
         ("REBOUND WHFast, corrector 17, LAZY", whfast.WHFAST, whfast.BEST),
         ("REBOUND WHFast, default", whfast.WHFAST, whfast.DEFAULT),
@@ -249,11 +264,11 @@ def candidates(
         ("REBOUND TRACE", TRACE, {}),
         ("REBOUND leapfrog", leapfrog.LEAPFROG, {}),
     ]
-    for label, kind, options in kinds:
-        contender = on_it(kind)
+    for label, contender_type, options in peers:
+        contender = on_simulation(contender_type)
         if not contender.missing and contender.supports(problem):
             yield [Candidate(label, contender, {**options}, round(revolutions * COARSEST) or 1)]
-    extrapolated, radau = on_it(bulirsch_stoer.BULIRSCH_STOER), on_it(ias15.IAS15)
+    extrapolated, radau = on_simulation(bulirsch_stoer.BULIRSCH_STOER), on_simulation(ias15.IAS15)
     yield [
         Candidate("REBOUND BS", extrapolated, {"eps_abs": eps, "eps_rel": eps}, None)
         for eps in (1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
@@ -265,24 +280,24 @@ def candidates(
 
 
 def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
-    """The problem from places that differ by this amount of themselves."""
+    """The problem from positions whose entries differ by `amount` relative to themselves."""
     signs = signs[: problem.q0.size].reshape(problem.q0.shape)
     return problem.with_initial_state(problem.q0 * (1.0 + amount * signs), problem.v0)
 
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:
-    """The distance of each body from its true place, (saved, bodies)."""
+    """The distance of each body from its true position, (saved, bodies)."""
     return np.linalg.norm(run.q - truth.q, axis=-1)
 
 
 def size(truth: Trajectory) -> float:
-    """The largest distance from the heaviest body; also where each state is at the same phase."""
+    """The largest distance of a body from the heaviest one, at any state."""
     centre = int(np.argmax(truth.problem.system.masses))
     return float(np.max(np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=-1)))
 
 
 def unit(problem: Problem, dimension: str) -> str:
-    """The unit of length or time with a space before it, by name where REBOUND knows it."""
+    """The unit of length or time with a space before it, or " units of length" without a name."""
     return f" {_named(problem, dimension) or f'units of {dimension}'}"
 
 
@@ -292,83 +307,93 @@ def _named(problem: Problem, dimension: str) -> str:
 
 
 def names(problem: Problem) -> list[str]:
-    """The names of the bodies."""
+    """The names of the bodies, or their numbers where they have none."""
     body_names = problem.parameters.get("bodies", ())
     count = problem.q0.shape[0]
     return [str(body_names[k]) if k < len(body_names) else str(k) for k in range(count)]
 
 
 def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
-    """The largest and the last error of each body, and the angle by which it is ahead."""
-    off = errors(run, truth)
+    """The largest and the last error of each body, and the angle by which it is ahead at the
+    end."""
+    body_errors = errors(run, truth)
     system = run.problem.system
     centre = int(np.argmax(system.masses))
-    lead = np.zeros(off.shape[1])
-    turned = [galvi.orbital_elements(trajectory).mean_longitude[-1] for trajectory in (run, truth)]
-    lead[np.arange(lead.size) != centre] = np.angle(np.exp(1j * (turned[0] - turned[1])))
+    lead = np.zeros(body_errors.shape[1])
+    longitudes = [
+        galvi.orbital_elements(trajectory).mean_longitude[-1] for trajectory in (run, truth)
+    ]
+    lead[np.arange(lead.size) != centre] = np.angle(np.exp(1j * (longitudes[0] - longitudes[1])))
     return pd.DataFrame(
         {
             "body": names(run.problem),
-            "largest_error": off.max(axis=0),
-            "last_error": off[-1],
+            "largest_error": body_errors.max(axis=0),
+            "last_error": body_errors[-1],
             "phase_error": lead,
         }
     )
 
 
-def meeting(masses: Array) -> list[tuple[int, int]]:
-    """Pairs that have a mutual Hill radius: without the heaviest body, with at most ``LIGHT`` of
-    its mass together, and not both massless."""
+def pairs_with_hill_radius(masses: Array) -> list[tuple[int, int]]:
+    """Pairs (i, j) with a mutual Hill radius: neither is the heaviest body, the sum of their masses
+    is at most ``LIGHT_PAIR_FRACTION`` of its mass, and one has mass."""
     centre = int(np.argmax(masses))
-    some = [i for i in np.flatnonzero(masses > 0.0).tolist() if i != centre]
+    massive = [i for i in np.flatnonzero(masses > 0.0).tolist() if i != centre]
     return [
         (i, j)
-        for i in some
+        for i in massive
         for j in range(masses.size)
         if j not in (i, centre)
         and not (masses[j] > 0.0 and j < i)
-        and masses[i] + masses[j] <= LIGHT * masses[centre]
+        and masses[i] + masses[j] <= LIGHT_PAIR_FRACTION * masses[centre]
     ]
 
 
 def encounters(truth: Trajectory) -> pd.DataFrame:
-    """Passages of two bodies of `meeting` within ``NEAR`` mutual Hill radii, the closest first;
-    without those that stay there.
+    """Passages of two bodies within ``ENCOUNTER_HILL_RADII`` mutual Hill radii, the closest first.
 
-    time, distance  of the nearest point, from the relative velocity at the nearest state
+    Pairs are those of `pairs_with_hill_radius`, without pairs that are within at every state.
+
+    time, distance  of the closest approach, from the relative velocity at the nearest state
     hill_radii      that distance over the mutual Hill radius
-    outputs         states of the user's archive that fall into it, where output goes on as there
+    outputs         number of states of the user's archive during the passage, for output at equal
+                    intervals
     """
     output_every = truth.problem.parameters.get("output_every")
     system = truth.problem.system
     masses, centre = system.masses, int(np.argmax(system.masses))
     labels, rows = names(truth.problem), []
-    reach = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)
-    gap_time = min(np.abs(np.diff(truth.t)).max(), shortest_period(truth.problem) / PER_ORBIT)
-    for i, j in meeting(masses):
+    distances = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)
+    gap_time = min(
+        np.abs(np.diff(truth.t)).max(), shortest_period(truth.problem) / STATES_PER_REVOLUTION
+    )
+    for i, j in pairs_with_hill_radius(masses):
         hill = (
             0.5
-            * (reach[:, i] + reach[:, j])
+            * (distances[:, i] + distances[:, j])
             * np.cbrt((masses[i] + masses[j]) / (3.0 * masses[centre]))
         )
-        gap, speed = truth.q[:, j] - truth.q[:, i], truth.v[:, j] - truth.v[:, i]
-        moving = np.sum(speed * speed, axis=1)
-        after = np.clip(
-            -np.sum(gap * speed, axis=1) / np.where(moving > 0.0, moving, 1.0),
+        gap, velocity = truth.q[:, j] - truth.q[:, i], truth.v[:, j] - truth.v[:, i]
+        speed_squared = np.sum(velocity * velocity, axis=1)
+        delay = np.clip(
+            -np.sum(gap * velocity, axis=1) / np.where(speed_squared > 0.0, speed_squared, 1.0),
             -gap_time,
             gap_time,
         )
-        separation = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
-        inside = separation < NEAR
+        separation = np.linalg.norm(gap + delay[:, None] * velocity, axis=1) / hill
+        inside = separation < ENCOUNTER_HILL_RADII
         if np.all(inside):  # a moon, or a double planet
             continue
         edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             k = first + int(np.argmin(separation[first:last]))
-            time = truth.t[k] + after[k]
+            time = truth.t[k] + delay[k]
             row = [time, f"{labels[i]} and {labels[j]}", separation[k] * hill[k], separation[k]]
             if output_every:
-                half = np.sqrt((NEAR**2 - separation[k] ** 2) / moving[k]) * hill[k]
+                half = (
+                    np.sqrt((ENCOUNTER_HILL_RADII**2 - separation[k] ** 2) / speed_squared[k])
+                    * hill[k]
+                )
                 ends = (*truth.t[[first, last - 1]], time - half, time + half)
                 row.append(_outputs(np.array(ends) - truth.t[0], output_every, float(truth.t[-1])))
             rows.append(row)
@@ -378,7 +403,7 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
 
 
 def _outputs(ends: Array, output_every: float, last: float) -> int:
-    """The number of whole multiples of a time, including 0, that lie between the outermost of some
-    times since the start, in a run that ends at ``last``."""
-    parts = np.clip(np.sort(np.abs(ends))[[0, -1]], 0.0, abs(last)) / output_every
-    return int(np.floor(parts[1]) - np.ceil(parts[0])) + 1
+    """The number of multiples of ``output_every``, including 0, between the smallest and the
+    largest of ``ends``, times since the start; they are cut off at the end ``last`` of the run."""
+    multiples = np.clip(np.sort(np.abs(ends))[[0, -1]], 0.0, abs(last)) / output_every
+    return int(np.floor(multiples[1]) - np.ceil(multiples[0])) + 1

@@ -1,4 +1,4 @@
-"""The parts of a judgement: models and their kinds, sources of truth, own setting, candidates."""
+"""Parts of a judgement: models and their kinds, sources of truth, user settings, candidates."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from galvi.arrays import Array
 from references import Contender
 
 FEWEST_STATES = 20  # states at which a run is compared
-TOLERANCES = ("epsilon", "eps_rel", "step")  # shown as the text of a setting; the step in a clock
+TOLERANCES = ("epsilon", "eps_rel", "step")  # options shown in a setting's text; step: in a clock
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +24,12 @@ class Model:
     Attributes
     ----------
     problem
-        as galvi reads it
+        the model as galvi reads it
     native
-        the user's model in its engine: a `rebound.Simulation`, or what
+        the user's model in its engine: a `rebound.Simulation`, or the model that
         `galvi.interop.from_mujoco.read` returns; None where it is rebuilt from the problem
     notes
-        sentences on what was left out or is read differently
+        sentences on parts of the model that were left out or are read differently
     """
 
     problem: Problem
@@ -44,9 +44,9 @@ class Source:
     Attributes
     ----------
     engine
-        what computes the forces; "" for galvi, whose opinion is not counted as a source
+        name of the code that computes the forces; "" for galvi, which is not counted as a source
     step
-        largest step; None where it chooses its own
+        largest step; None where the contender chooses its steps
     """
 
     label: str
@@ -56,12 +56,12 @@ class Source:
     step: float | None = None
 
     @property
-    def opinion(self) -> bool:
+    def is_galvi(self) -> bool:
         """Whether it is a run of galvi."""
         return not self.engine
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
-        """The run with `samples` states after the start."""
+        """Run with `samples` states after the start."""
         if self.step is None:
             return self.contender.run(problem, duration, {"samples": samples, **self.setting})
         save_every = math.ceil(abs(duration) / (samples * self.step))
@@ -75,7 +75,8 @@ class Source:
 
 @dataclass(frozen=True)
 class UserSetting:
-    """The user's integrator; ``step``, negative backwards, is None where it chooses its own."""
+    """The user's integrator; ``step`` is negative backwards, and None where the integrator chooses
+    its steps."""
 
     name: str
     contender: Contender
@@ -84,13 +85,14 @@ class UserSetting:
 
     @property
     def label(self) -> str:
-        """The integrator with its step."""
+        """The integrator's name with its step, or with "as it is" where it chooses its steps."""
         return f"{self.name}, as it is" if self.step is None else f"{self.name}, dt = {self.step:g}"
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A setting of an integrator; ``steps`` of the whole duration, None where it chooses them."""
+    """A setting of an integrator; ``steps`` is the number for the whole duration, None where the
+    integrator chooses them."""
 
     label: str
     contender: Contender
@@ -98,8 +100,8 @@ class Candidate:
     steps: int | None
 
     def states(self, samples: int) -> int:
-        """The number of saved states: `samples`, or its largest divisor from FEWEST_STATES to the
-        number of steps."""
+        """The number of saved states: `samples`, or, with fewer steps, its largest divisor from
+        FEWEST_STATES to the number of steps, if there is one."""
         if self.steps is None or self.steps >= samples:
             return samples
         return max(
@@ -119,14 +121,14 @@ class Candidate:
         return {"step": duration / count, "save_every": count // states, **self.options}
 
     def text(self, duration: float, samples: int) -> str:
-        """The step, or what stands for it."""
+        """The step as text; tolerances for an integrator that chooses its steps."""
         if self.steps is not None:
             return f"dt = {duration / self.count(samples):.4g}"
         tolerances = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
         return ", ".join(["in tau" if "step" in self.options else "adaptive", *tolerances])
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
-        """The run with these states."""
+        """Run with `states(samples)` states after the start."""
         return self.contender.run(problem, duration, self.setting(duration, samples))
 
 
@@ -135,54 +137,53 @@ class Kind(Protocol):
 
     INTEGRATORS: Mapping[str, Contender]  # by their names in the user's engine
     ADAPTIVE: Sequence[str]  # those that choose their steps
-    PART: str  # what a part of the model is called
-    ENGINE: str  # to install where no source of the truth can be run
-    ANOTHER: str  # how to choose another start, after a sentence that ends with "another"
+    PART: str  # the word for a part of the model
+    ENGINE: str  # package to install where no source of the truth can be run
+    ANOTHER: str  # end of a sentence "choose another": how to choose another start
 
     def model(self, problem: Problem) -> Model:
-        """The model of a problem alone, whose integrator and step are among its parameters."""
+        """The model of a problem, whose parameters name the integrator and step."""
 
     def default_duration(self, problem: Problem) -> float:
-        """The duration where none is given."""
+        """The duration of a judgement that names none."""
 
     def span(self, duration: float, step: float) -> float:
-        """The duration, negative where the own step, or the duration, is; ValueError where a model
-        cannot go backwards."""
+        """The duration, negative where it or the user's step is negative; ValueError where the
+        model cannot run backwards."""
 
     def own_contender(self, model: Model, name: str) -> Contender:
         """The integrator of this name on the user's own model, with its options."""
 
     def label(self, contender: Contender, options: Mapping[str, Any]) -> str:
-        """The integrator with those of its options that are not the engine's defaults."""
+        """The integrator's name and those options that differ from the engine's defaults."""
 
     def states(self, problem: Problem, duration: float) -> int:
-        """The number of states of the truth that are needed."""
+        """The number of states of the truth that are needed to find encounters; 1 without them."""
 
     def sources(self, model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
-        """Solvers that may be the truth, the best first, without the user's setting; galvi last."""
+        """Solvers that may be the truth, the best first; galvi last."""
 
     def engine_hint(self, model: Model) -> str:
-        """How to install a second engine where all sources are of one; "" where no other runs the
-        model."""
+        """A hint how to install a second engine; "" where no other engine runs the model."""
 
     def check(self, model: Model, truth: Trajectory) -> None:
-        """ValueError, with both numbers, where at states of the truth the engine's accelerations of
-        the user's own model are not those of the problem."""
+        """Raise ValueError where, at states of the truth, the engine's accelerations of the user's
+        model differ from those of the problem."""
 
     def unit(self, problem: Problem, dimension: str) -> str:
-        """The unit of "length", in which errors are, or of "time", with a space before it."""
+        """The unit of errors ("length") or of times ("time"), with a space before it."""
 
     def notes(self, model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
-        """Sentences on the run and on the integrators that are compared with it."""
+        """Sentences for the user on the model and on the run."""
 
     def candidates(
         self, model: Model, duration: float, user_setting: UserSetting
     ) -> Iterator[list[Candidate]]:
-        """For each integrator its settings from coarse to fine, or the steps to begin with; without
-        the integrator of the user's setting where all its options are the same."""
+        """Yield for each integrator its settings from coarse to fine, or the steps to begin
+        with."""
 
     def shifted(self, problem: Problem, amount: float, signs: Any) -> Problem:
-        """The problem from a start whose coordinates differ by this amount, relatively.
+        """The problem from a start whose coordinates differ by this relative amount.
 
         Parameters
         ----------
@@ -194,10 +195,10 @@ class Kind(Protocol):
         """The distance of each part from the truth, (saved, parts)."""
 
     def size(self, truth: Trajectory) -> float:
-        """The size of the motion, with which errors are compared."""
+        """The size of the motion, to which errors are compared."""
 
     def by_part(self, run: Trajectory, truth: Trajectory) -> pd.DataFrame:
         """The largest and the last error of each part, and other columns."""
 
     def encounters(self, truth: Trajectory) -> pd.DataFrame:
-        """Close passages; a table without columns for a kind of model without them."""
+        """The close passages; an empty table without columns for models without passages."""

@@ -12,51 +12,52 @@ from benchmarks.statistics.timing import once
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
-FEWEST_TIMINGS, ROUNDS = 5, 9  # timings of one run: a spread needs so many; no more are taken
-TRIAL_SHARE = 0.05  # share of what may be spent that a look at a run takes before it is believed
+FEWEST_TIMINGS, MOST_TIMINGS = 5, 9  # timings of one run: for a spread, and at most
+TRIAL_FRACTION = 0.05  # of the seconds of interest: shorter trial runs predict nothing
 
 
 def expected(run: Callable[[int], object], steps: int, enough: float) -> float:
-    """The seconds of ``steps`` steps, from runs of n and of 2n: their difference has no set-up in
-    it. n grows until steps outweigh set-up.
+    """Predict the seconds of ``steps`` steps from runs of n and of 2 n steps.
+
+    The difference of the two contains no set-up. n grows until the steps outweigh the set-up.
 
     Parameters
     ----------
     run
-        (n): n steps
+        function of n that does n steps
     enough
-        seconds below which no better answer is needed than a bound from above
+        seconds below which an upper bound suffices
     """
     count = 2
-    run(count)  # what compiles, and what a first call costs
+    run(count)  # so that no timed run compiles
     while True:
-        once, twice = _pair(run, count)
-        if _prevail(once, twice, enough):  # unless the machine was busy for a moment
-            once, twice = map(min, (once, twice), _pair(run, count))
+        once, twice = _once_and_twice(run, count)
+        if _steps_outweigh_setup(once, twice, enough):  # unless the machine was busy for a moment
+            once, twice = map(min, (once, twice), _once_and_twice(run, count))
         bound = twice * max(1.0, steps / (2 * count))
         by_difference = twice + max(twice - once, 0.0) * max(0.0, steps / count - 2.0)
-        if bound <= enough or _prevail(once, twice, enough) or 8 * count > steps:
+        if bound <= enough or _steps_outweigh_setup(once, twice, enough) or 8 * count > steps:
             return min(bound, by_difference)
         count *= 4
 
 
-def _prevail(once: float, twice: float, enough: float) -> bool:
-    """Whether steps outweigh set-up in a run that is long enough to tell."""
-    return twice - once > 0.5 * once and twice > TRIAL_SHARE * enough
+def _steps_outweigh_setup(once: float, twice: float, enough: float) -> bool:
+    """Whether steps take longer than half a set-up in a run of TRIAL_FRACTION of `enough`."""
+    return twice - once > 0.5 * once and twice > TRIAL_FRACTION * enough
 
 
-def _pair(run: Callable[[int], object], count: int) -> tuple[float, float]:
+def _once_and_twice(run: Callable[[int], object], count: int) -> tuple[float, float]:
     return _seconds(run, count), _seconds(run, 2 * count)
 
 
 def _seconds(run: Callable[[int], object], count: int) -> float:
-    begun = time.perf_counter()
+    start = time.perf_counter()
     run(count)
-    return time.perf_counter() - begun
+    return time.perf_counter() - start
 
 
 def steps_of(candidate: Candidate, problem: Problem, span: float, samples: int, count: int) -> None:
-    """The first ``count`` steps of a candidate, of which the last state alone is kept."""
+    """Do the first ``count`` steps of a candidate and discard the run."""
     step = candidate.setting(span, samples)["step"]
     setting = {**candidate.options, "step": step, "save_every": count}
     candidate.contender.run(problem, count * step, setting)
@@ -68,11 +69,14 @@ def timed(
     span: float,
     samples: int,
 ) -> tuple[Trajectory, float, float]:
-    """A run; the seconds of its engine: of galvi those of the whole call, of others without our
-    conversion of their states; and those of all."""
-    begun = time.perf_counter()
+    """Run a candidate once.
+
+    Returns the run, the seconds of its engine, without the conversion of states except for galvi,
+    and the seconds of the whole call.
+    """
+    start = time.perf_counter()
     run, seconds = once(lambda: candidate.run(problem, span, samples))
-    return run, seconds, time.perf_counter() - begun
+    return run, seconds, time.perf_counter() - start
 
 
 def race(
@@ -83,14 +87,15 @@ def race(
     samples: int,
     limit: float,
 ) -> list[Array]:
-    """The seconds of the candidates, run in turns so that all meet the same load: FEWEST_TIMINGS to
-    ROUNDS timings of each, none of the slowest where ``limit`` seconds do not suffice. The first
-    candidate has precedence.
+    """Time the candidates in turns, so that all run under the same load.
+
+    Returns FEWEST_TIMINGS to MOST_TIMINGS times in seconds for each; an empty array for the slowest
+    candidates where ``limit`` seconds do not suffice. The first candidate is timed before others.
 
     Parameters
     ----------
     walls
-        seconds that a run of each takes, about
+        estimated seconds of a run of each
     """
     times: list[list[float]] = [[] for _ in candidates]
     by_time = sorted(range(len(walls)), key=lambda k: (k > 0, walls[k]))
@@ -100,9 +105,9 @@ def race(
     entered = [k for k in by_time if FEWEST_TIMINGS * walls[k] <= limit][
         : int(np.sum(planned <= limit))
     ]
-    begun = time.perf_counter()
-    for turn in range(ROUNDS if entered else 0):
-        if turn >= FEWEST_TIMINGS and time.perf_counter() - begun > limit:
+    start = time.perf_counter()
+    for timings in range(MOST_TIMINGS if entered else 0):
+        if timings >= FEWEST_TIMINGS and time.perf_counter() - start > limit:
             break
         for k in entered:
             times[k].append(timed(candidates[k], problem, span, samples)[1])

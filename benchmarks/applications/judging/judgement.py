@@ -1,4 +1,4 @@
-"""Judge a model: the error of its own integrator and step, and what reaches an error cheapest."""
+"""Judge a model: the error of its own integrator and step, and the cheapest way to an error."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ from benchmarks.applications.judging.scan import (
 from benchmarks.applications.judging.truth import Agreement, agreements, states_of, thinned
 from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 
-YOURS = " (yours)"  # after the name of the own integrator in the table
-PIECES = 20  # times at which sources of the truth are compared
+OWN_SUFFIX = " (yours)"  # after the name of the user's integrator in the table
+COMPARED_TIMES = 20  # times at which sources of the truth are compared
 SAMPLES = 100  # states of the user's own run and of the candidates, at most
-PARTS, EARLY_SECONDS = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
-EARLY_PARTS = 4 * PARTS  # parts of the time, of which a few tell how long the truth will take
-FINER, LONG_SECONDS = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
-LOST_SHARE = 1e-3  # share of the motion by which sources differ where there is no truth any more
+DURATION_PARTS = 50  # of which the first is run for an early answer
+EARLY_SECONDS = 10.0  # predicted seconds of the truth from which on there is an early answer
+TRIAL_PARTS = 4 * DURATION_PARTS  # of which a few are run to predict the time of the truth
+MOST_FINER_STATES = 20  # largest ratio of the user's saved states to `samples`
+LONG_RUN_SECONDS = 2.0  # a longer run of the user's is not repeated with more states
+LOST_FRACTION = 1e-3  # of the motion: sources that differ by more lose the truth
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,40 +45,41 @@ class Judgement:
     Attributes
     ----------
     kind
-        of model
-    problem
+        module for the kind of model
+    problem, duration
         the model, and its duration
     error
-        that is required: largest distance from the truth of any part at any time
+        required error: largest distance of any part from the truth at any time
     source
-        of the truth
+        source of the truth
     agreements
-        of the truth with other sources
+        agreement of the truth with each other source
     own
-        the user's: integrator with its step, setting (the step), error, last_error (at the end),
+        values of the user's run: integrator with its step, setting, error, last_error (at the end),
         unstopped_error (at the end of a run that does not stop at the times at which it is
         compared; NaN for equal steps, which these do not change), seconds, seconds_low and
         seconds_high (median and quartiles; NaN where it was timed once), energy and momentum (their
         largest relative changes), status
     own_errors
-        t, error: of the user's run
+        columns t and error of the user's run
     parts
         the errors of each part in that run
     table
-        the own run and all settings that were run; first those that reach the error, by their time
+        the user's run and all other settings that were tried; those that reach the error come
+        first, in order of time
     encounters
         close passages
     horizons
-        until when a start of each accuracy predicts the motion to ``error``; empty where
+        time until which a start of each accuracy predicts the motion to ``error``; empty where
         neighbouring starts are not run
     truth
         the trajectory of the truth
     notes
-        what a reader should know of the run, in sentences
+        sentences for the reader on the model and the run
     samples
-        times at which the candidates are compared with the truth
+        number of times at which the candidates are compared with the truth
     engine_hint
-        how to install another engine as a source of the truth; "" where there is none
+        a hint how to install another engine as a source of the truth; "" where there is none
     """
 
     kind: Kind
@@ -100,29 +103,30 @@ class Judgement:
     def truth_agreement(self) -> float:
         """The largest distance between two sources of the truth; NaN with one source only."""
         counted = (
-            agreement.largest for agreement in self.agreements if not agreement.source.opinion
+            agreement.largest for agreement in self.agreements if not agreement.source.is_galvi
         )
         return max(counted, default=math.nan)
 
     @property
     def trusted_until(self) -> float:
-        """The last time before two sources differ by LOST_SHARE of the motion; inf without one."""
-        size, ends = self.kind.size(self.truth), []
+        """The last compared time before two sources differ by LOST_FRACTION of the motion; inf
+        where they never do."""
+        size, times = self.kind.size(self.truth), []
         for agreement in self.agreements:
-            parted = np.flatnonzero(~(agreement.distances < LOST_SHARE * size))
-            if parted.size and not agreement.source.opinion:
-                ends.append(float(agreement.t[parted[0] - 1]))
-        return min(ends, key=lambda t: abs(t - self.problem.t0), default=math.inf)
+            rows_apart = np.flatnonzero(~(agreement.distances < LOST_FRACTION * size))
+            if rows_apart.size and not agreement.source.is_galvi:
+                times.append(float(agreement.t[rows_apart[0] - 1]))
+        return min(times, key=lambda t: abs(t - self.problem.t0), default=math.inf)
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """The engines of the truth and of the sources that confirm it."""
+        """The engines of the truth and of the sources compared with it, without galvi."""
         sources = (self.source, *(agreement.source for agreement in self.agreements))
-        return tuple(dict.fromkeys(source.engine for source in sources if not source.opinion))
+        return tuple(dict.fromkeys(source.engine for source in sources if not source.is_galvi))
 
     @property
     def recommended(self) -> Mapping[str, Any] | None:
-        """The fastest row that reaches the error, perhaps the user's; None without one."""
+        """The fastest row that reaches the error, perhaps the user's; None where none does."""
         reached = self.table[self.table["reached"]]
         return None if reached.empty else reached.iloc[0].to_dict()
 
@@ -146,24 +150,24 @@ def judge(
     Parameters
     ----------
     duration
-        in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree; negative:
-        backwards, as where the own step is. It is lengthened by some of the own integrator's steps,
-        to a multiple of 50 to 100 of them
+        in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree. Negative:
+        backwards, as with a negative step. For equal steps it is lengthened, so that 50 to 100
+        states (fewer where there are fewer steps) are equal numbers of steps apart
     error
-        None: that of the user's own run, or ten times that of the truth if that is larger
+        required error; None: that of the user's run, or ten times the disagreement of the truth's
+        sources if that is larger
     own
-        the user's integrator by its engine's name, dt, and its options; what is not given is as in
-        the model
+        the user's integrator by its engine's name, dt, and its options; the model's where absent
     quick
-        with shorter looks at other sources of the truth and other integrators, and none at
-        neighbouring starts
+        whether other sources and integrators get less time, and neighbouring starts are not run
     first
-        called with what is known of the own run before anything is compared with it
+        called with the judgement of the user's run before other sources and integrators are run
 
     Raises
     ------
     ValueError
-        For a model of another kind or that is misread, and for an own integrator that is not known.
+        For a model of another kind, a model that is misread or in which nothing moves, and an
+        integrator, step, duration or error that is not valid.
     RuntimeError
         Where no source of the truth can be run.
     """
@@ -188,44 +192,57 @@ def judge(
     if error is not None:
         error = input_checks.positive("error", error)
     all_sources = kind.sources(model, span, user_setting)
-    finer = max(k for k in range(1, FINER + 1) if (steps // samples) % k == 0)
+    finer = max(k for k in range(1, MOST_FINER_STATES + 1) if (steps // samples) % k == 0)
     dense = finer * -(-kind.states(problem, span) // (samples * finer))
     _say_early(kind, user_setting, problem, span, all_sources, report)
     began = time.perf_counter()
     truth, source, stopped = _truth(kind, problem, span, samples * dense, all_sources, report)
     limits = Limits.of(time.perf_counter() - began, quick)
-    thin = thinned(truth, dense)
-    kind.check(model, thin)
+    compared_truth = thinned(truth, dense)
+    kind.check(model, compared_truth)
     report(f"own: {user_setting.label}")
     findings, over_time, parts, own_row = _user_run(
         kind, user_setting, problem, span, thinned(truth, dense // finer), samples
     )
     empty_table = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
     first_error = findings["error"] if error is None else error
-    before = Judgement(
+    preliminary = Judgement(
         kind, problem, span, first_error, source, (), findings, over_time, parts, empty_table,
         kind.encounters(truth), pd.DataFrame(columns=["start_known_to", "until"]), truth,
         (*model.notes, *kind.notes(model, user_setting, truth)), samples, kind.engine_hint(model),
     )  # fmt: skip
-    first(before)
+    first(preliminary)
     other_sources = [x for x in all_sources if x is not source and x not in stopped]
     checks = agreements(
-        thin, other_sources, kind.errors, min(PIECES, samples), report, limits.source
+        compared_truth,
+        other_sources,
+        kind.errors,
+        min(COMPARED_TIMES, samples),
+        report,
+        limits.source,
     )
-    checks += [Agreement(failing, thin.t[:1], np.zeros(1), "its run fails") for failing in stopped]
+    checks += [
+        Agreement(failing, compared_truth.t[:1], np.zeros(1), "its run fails")
+        for failing in stopped
+    ]
     disagreement = max(
-        (agreement.largest for agreement in checks if not agreement.source.opinion), default=0.0
+        (agreement.largest for agreement in checks if not agreement.source.is_galvi), default=0.0
     )
     wanted = float(np.fmax(findings["error"], 10.0 * disagreement)) if error is None else error
-    ends = before.horizons
+    prediction_ends = preliminary.horizons
     if limits.neighbours:
         report("neighbouring starts")
-        ends = horizons(kind, source, thin, wanted)
+        prediction_ends = horizons(kind, source, compared_truth, wanted)
     groups = list(kind.candidates(model, span, user_setting))
-    table, spread = scan(kind, groups, span, thin, wanted, report, limits, own_row)
+    table, spread = scan(kind, groups, span, compared_truth, wanted, report, limits, own_row)
     findings = findings | dict(zip(("seconds", "seconds_low", "seconds_high"), spread, strict=True))
     return replace(
-        before, error=wanted, own=findings, agreements=tuple(checks), horizons=ends, table=table
+        preliminary,
+        error=wanted,
+        own=findings,
+        agreements=tuple(checks),
+        horizons=prediction_ends,
+        table=table,
     )
 
 
@@ -237,14 +254,15 @@ def _say_early(
     all_sources: list[Source],
     report: Callable[[str], None],
 ) -> None:
-    """Where the truth takes long, report how long, and the error in a first part of the time."""
-    source = next((candidate for candidate in all_sources if not candidate.opinion), None)
+    """Where the truth takes EARLY_SECONDS or longer, report its time, and the error of the user's
+    run in a first part of the duration."""
+    source = next((candidate for candidate in all_sources if not candidate.is_galvi), None)
     if source is None:
         return
-    steps = max(1, round(span / user_setting.step / PARTS)) if user_setting.step else None
-    part = steps * user_setting.step if steps and user_setting.step else span / PARTS
+    steps = max(1, round(span / user_setting.step / DURATION_PARTS)) if user_setting.step else None
+    part = steps * user_setting.step if steps and user_setting.step else span / DURATION_PARTS
     seconds = expected(
-        lambda n: source.run(problem, n * span / EARLY_PARTS, 1), EARLY_PARTS, enough=EARLY_SECONDS
+        lambda n: source.run(problem, n * span / TRIAL_PARTS, 1), TRIAL_PARTS, enough=EARLY_SECONDS
     )
     if seconds < EARLY_SECONDS:
         return
@@ -254,10 +272,10 @@ def _say_early(
     run = Candidate(user_setting.label, user_setting.contender, user_setting.options, steps).run(
         problem, part, 1
     )
-    off = float(np.max(kind.errors(run, truth)))
+    error = float(np.max(kind.errors(run, truth)))
     report(
         f"First answer: after {part:g} of {span:g} your run ({user_setting.label}) is off by "
-        f"{off:.2g}. The truth of the whole run takes about {seconds:.0f} s, everything else "
+        f"{error:.2g}. The truth of the whole run takes about {seconds:.0f} s, everything else "
         "several times that"
     )
 
@@ -270,8 +288,16 @@ def _truth(
     all_sources: list[Source],
     report: Callable[[str], None],
 ) -> tuple[Trajectory, Source, list[Source]]:
-    """The run of the first source that reaches the end, that source, and those that did not."""
-    sources = [candidate for candidate in all_sources if not candidate.opinion]
+    """The run of the first source that reaches the end, this source, and those that failed before.
+
+    Raises
+    ------
+    RuntimeError
+        Where no source can be run, or none reaches the end.
+    ValueError
+        Where nothing moves.
+    """
+    sources = [candidate for candidate in all_sources if not candidate.is_galvi]
     if not sources:
         raise RuntimeError(f"no source of the truth can be run: install {kind.ENGINE}.")
     stopped = []
@@ -308,7 +334,7 @@ def own_setting(kind: Kind, model: Model, requested: Mapping[str, Any]) -> UserS
     Raises
     ------
     ValueError
-        For an integrator that is unknown, and for a fixed step that is not given.
+        For an unknown integrator, and for equal steps without dt or with dt = 0.
     """
     parameters = model.problem.parameters
     of_model = {key: parameters[key] for key in ("integrator", "dt") if key in parameters}
@@ -340,8 +366,8 @@ def own_setting(kind: Kind, model: Model, requested: Mapping[str, Any]) -> UserS
 
 
 def _samples(step: float, span: float) -> tuple[int, int]:
-    """The number of saved states of a run in own steps, SAMPLES at most, and the number of steps,
-    the least multiple of that number that covers the duration.
+    """The number of saved states of a run in the user's steps, at most SAMPLES, and the number of
+    steps, the least multiple of that number that covers the duration.
 
     Raises
     ------
@@ -365,22 +391,27 @@ def _user_run(
     truth: Trajectory,
     samples: int,
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame, ScanRow]:
-    """Findings on the user's run, its errors over time and by part, and its row of the table; at
-    the states of the truth, or at ``samples`` of them where the run takes long."""
+    """Run the user's setting and compare it with the truth.
+
+    Returns the values of `Judgement.own`, the errors over time, the errors by part, and the row of
+    the table. They are at the states of the truth, or at ``samples`` of them where the run takes
+    LONG_RUN_SECONDS or longer.
+    """
     steps = None if user_setting.step is None else round(span / user_setting.step)
     candidate = Candidate(
-        f"{user_setting.name}{YOURS}", user_setting.contender, user_setting.options, steps
+        f"{user_setting.name}{OWN_SUFFIX}", user_setting.contender, user_setting.options, steps
     )
-    if steps is not None:  # what a first call costs is not its speed
+    if steps is not None:  # so that the timed run does not compile
         steps_of(candidate, problem, span, samples, 2)
     run, seconds, wall = timed(candidate, problem, span, samples)
     finer = (len(truth.t) - 1) // samples
-    if finer > 1 and seconds < LONG_SECONDS:
+    if finer > 1 and seconds < LONG_RUN_SECONDS:
         run = candidate.run(problem, span, samples * finer)
     else:
         truth = thinned(truth, finer)
     worst = kind.errors(run, truth).max(axis=1)
-    before_failure = slice(len(np.flatnonzero(np.isfinite(worst))))  # up to where it failed
+    # states past a failure are NaN
+    rows_before_failure = slice(len(np.flatnonzero(np.isfinite(worst))))
     error, last, energy = float(np.max(worst)), float(worst[-1]), energy_change(run)
     unstopped = math.nan
     if steps is None and run.success:
@@ -417,6 +448,6 @@ def _user_run(
     return (
         findings,
         over_time,
-        kind.by_part(states_of(run, before_failure), states_of(truth, before_failure)),
+        kind.by_part(states_of(run, rows_before_failure), states_of(truth, rows_before_failure)),
         row,
     )

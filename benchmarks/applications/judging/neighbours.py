@@ -10,15 +10,14 @@ from galvi import Trajectory
 from galvi.arrays import Array
 
 START_ACCURACIES = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
-# shifts of a start that are run; from others the distances are in proportion, as long as they are
-# small, as a required error is
+# accuracy of a start -> shift of the start that is run; small distances are in proportion to it
 SHIFTS = {1e-6: 1e-9, 1e-9: 1e-9, 1e-12: 1e-12, 1e-15: 1e-12}
-SMALL = 0.01  # of the motion: distances up to this are in proportion to a shift
+PROPORTIONAL_FRACTION = 0.01  # of the motion: smaller distances are in proportion to a shift
 SEED = 20_260_101
 
 
 def deviations(kind: Kind, source: Source, truth: Trajectory, accuracy: float) -> Array:
-    """The error of a run from a start of this relative accuracy, (saved,)."""
+    """The distance from the truth of a run from a start shifted by `accuracy`, (saved,)."""
     problem = truth.problem
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
     shifted = kind.shifted(problem, accuracy, signs)
@@ -27,15 +26,16 @@ def deviations(kind: Kind, source: Source, truth: Trajectory, accuracy: float) -
 
 
 def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
-    """For each of ``START_ACCURACIES``, the first time at which the error is reached, or NaN."""
-    small = SMALL * kind.size(truth)
+    """For each of ``START_ACCURACIES`` the first time at which the error is reached, or at which
+    distances are no longer in proportion to the shift; NaN where neither happens."""
+    small = PROPORTIONAL_FRACTION * kind.size(truth)
     measured = {
         shift: deviations(kind, source, truth, shift) for shift in dict.fromkeys(SHIFTS.values())
     }
     rows = []
     for accuracy in START_ACCURACIES:
-        shift, ran = SHIFTS[accuracy], measured[SHIFTS[accuracy]]
-        lost = (accuracy < shift) & ~(ran < small)
-        beyond = np.flatnonzero(~(ran * (accuracy / shift) < error) | lost)
+        shift, distances = SHIFTS[accuracy], measured[SHIFTS[accuracy]]
+        is_out_of_proportion = (accuracy < shift) & ~(distances < small)
+        beyond = np.flatnonzero(~(distances * (accuracy / shift) < error) | is_out_of_proportion)
         rows.append((accuracy, float(truth.t[beyond[0]]) if beyond.size else np.nan))
     return pd.DataFrame(rows, columns=["start_known_to", "until"])

@@ -20,8 +20,8 @@ from galvi.run.energies import conserves_energy
 
 MOST_RUNS = 12  # of one integrator
 SMALLEST_FACTOR, LARGEST_FACTOR = 1.4, 4.0  # factors between the steps of two runs
-LOW = 4  # orders up to this try twice the step wherever they reach the error
-AIM = 0.8  # of the error, so that one more run is not needed for a last percent
+LOW_ORDER = 4  # methods up to this order try twice the step wherever they reach the error
+AIMED_FRACTION = 0.8  # of the error, so that one more run is not needed for a last percent
 Spread = tuple[float, float, float]  # median and quartiles of seconds
 REACHED, MISSED = "reached", "not reached with this setting"
 
@@ -33,13 +33,13 @@ class Limits:
     Attributes
     ----------
     source
-        another source of the truth
+        seconds of each further source of the truth
     integrator
-        the settings of one integrator, once it is compiled
+        seconds of the settings of one integrator, without compilation
     candidates
-        all of them, in equal shares; time left by an integrator is for the following ones
+        seconds of all integrators, in equal parts; those that an integrator leaves go to the next
     spread
-        timings of the settings that reach the error
+        seconds of the repeated timings of settings that reach the error
     neighbours
         whether neighbouring starts are run
     """
@@ -52,7 +52,7 @@ class Limits:
 
     @classmethod
     def of(cls, truth: float, quick: bool) -> Limits:
-        """The limits after a run of the truth of `truth` seconds."""
+        """The limits where the truth took `truth` seconds."""
         if quick:
             return cls(max(0.5, 0.25 * truth), max(0.3, 0.25 * truth), max(2.0, truth), 1.0, False)
         return cls(max(0.7, truth), max(1.0, truth), max(20.0, 4.0 * truth), max(1.0, truth))
@@ -60,20 +60,20 @@ class Limits:
 
 @dataclass(frozen=True)
 class ScanRow:
-    """A row of the table, but for the spread of its times.
+    """A row of the table, without the spread of its times.
 
     Attributes
     ----------
     candidate
-        what was run; None where nothing was
+        the setting that was run; None where none was
     last_error
-        that at the end
+        error at the end
     seconds
-        of one run
+        time of one run in its engine
     wall
         seconds of the run with conversions outside the engine
     hard
-        whether Newton's method did steps, so that more of them may take less time
+        whether Newton's method solved steps, so that a run with more steps may take less time
     stopped
         time at which a force reached its limit, where it stopped; else infinite
     """
@@ -116,49 +116,57 @@ def scan(
     limits: Limits,
     own_row: ScanRow,
 ) -> tuple[pd.DataFrame, Spread]:
-    """The user's own run, its integrator at other steps, and each other integrator, as far as its
-    time goes: the rows in order of usefulness, with times measured in turns; and those of the own
-    run."""
+    """Try the user's integrator at other steps and each other integrator, within their limits.
+
+    Returns the table, the rows that reach the error first, by their time, then others by their
+    error; and the spread of the times of the user's run.
+    """
     search = Search(kind, span, truth, wanted)
-    status = own_row.status or search.word(own_row.error)
+    status = own_row.status or search.status_of(own_row.error)
     rows = [replace(own_row, reached=own_row.error <= wanted, status=status)]
     if own_row.candidate is not None and own_row.candidate.steps is not None:
         report(f"{own_row.integrator}, with other steps")
-        rows = search.of([], limits.integrator, rows)
-    left = limits.candidates
+        rows = search.rows_of([], limits.integrator, rows)
+    seconds_left = limits.candidates
     for index, settings in enumerate(groups):
-        report(f"{settings[0].label} (at most {max(left, 0.0):.0f} s more, beside compilation)")
-        share = min(limits.integrator, left / (len(groups) - index))
-        group_rows = search.of(settings, share)
+        report(
+            f"{settings[0].label} (at most {max(seconds_left, 0.0):.0f} s more, beside compilation)"
+        )
+        seconds = min(limits.integrator, seconds_left / (len(groups) - index))
+        group_rows = search.rows_of(settings, seconds)
         # compilation is not taken from the time of the integrators that follow
-        left -= min(share, sum(row.wall for row in group_rows))
+        seconds_left -= min(seconds, sum(row.wall for row in group_rows))
         rows += group_rows
-    again = [k for k, row in enumerate(rows) if row.candidate and (k == 0 or row.reached)]
+    indices_to_time = [k for k, row in enumerate(rows) if row.candidate and (k == 0 or row.reached)]
     report("times, in turns")
     times = race(
-        [rows[k].candidate for k in again],
-        [rows[k].wall for k in again],
+        [rows[k].candidate for k in indices_to_time],
+        [rows[k].wall for k in indices_to_time],
         truth.problem,
         span,
         search.samples,
         limits.spread,
     )
     spreads = {
-        k: quartiles(seconds) for k, seconds in zip(again, times, strict=True) if seconds.size
+        k: quartiles(seconds)
+        for k, seconds in zip(indices_to_time, times, strict=True)
+        if seconds.size
     }
-    once = [(row.seconds, math.nan, math.nan) for row in rows]
+    single_times = [(row.seconds, math.nan, math.nan) for row in rows]
     table = pd.DataFrame([
-        (row.integrator, row.setting, row.error, row.last_error, *spreads.get(k, once[k]),
+        (row.integrator, row.setting, row.error, row.last_error, *spreads.get(k, single_times[k]),
          row.energy, row.reached, row.status)
         for k, row in enumerate(rows)
     ], columns=list(COLUMNS))  # fmt: skip
     keys = [~table["reached"], table["seconds"].where(table["reached"], table["error"])]
-    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True), spreads.get(0, once[0])
+    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True), spreads.get(
+        0, single_times[0]
+    )
 
 
 @dataclass(frozen=True)
 class Search:
-    """The search for settings of an integrator that reach the error."""
+    """The search for settings of an integrator with an error of at most `wanted`."""
 
     kind: Kind
     span: float
@@ -169,15 +177,15 @@ class Search:
     def samples(self) -> int:
         return len(self.truth.t) - 1
 
-    def word(self, error: float) -> str:
-        """The status of a run that completes."""
+    def status_of(self, error: float) -> str:
+        """The status of a run that reached the end with this error."""
         return REACHED if error <= self.wanted else MISSED
 
-    def of(
+    def rows_of(
         self, waiting: list[Candidate], limit: float, earlier: Sequence[ScanRow] = ()
     ) -> list[ScanRow]:
-        """The rows of an integrator after `earlier`: coarser settings while they reach the error,
-        else finer ones, for `limit` seconds."""
+        """Run settings of an integrator for about `limit` seconds and return `earlier` with their
+        rows: coarser settings while all reach the error, else finer ones."""
         rows, waiting = list(earlier), list(waiting)
         while True:
             candidate, why = waiting.pop(0) if not rows else None, ""
@@ -188,7 +196,7 @@ class Search:
                 return explained(rows, why)
             label, setting = candidate.label, candidate.text(self.span, self.samples)
             try:
-                if candidate.steps is None and not rows:  # what a first call costs, and compiles
+                if candidate.steps is None and not rows:  # compile
                     candidate.run(self.truth.problem, self.span / self.samples, 1)
                 if candidate.steps is not None and not rows:
                     enough = 2.0 * limit + 1.0
@@ -197,8 +205,8 @@ class Search:
                         why = f"not tried: it would take about {_rounded(seconds)} s"
                         return [ScanRow(label, setting, status=why)]
                 rows.append(self._run_row(candidate))
-            except ValueError as refused:
-                return [*rows, ScanRow(label, "", status=str(refused))]
+            except ValueError as refusal:
+                return [*rows, ScanRow(label, "", status=str(refusal))]
 
     def _expected(self, candidate: Candidate, enough: float) -> float:
         problem = self.truth.problem
@@ -220,57 +228,65 @@ class Search:
         )
         if not run.success:
             return replace(row, stopped=_end(run) if reached_limit(run) else math.inf)
-        off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
-        worst, doubt = float(np.max(off)), failure(run)
+        errors = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
+        worst, failure_text = float(np.max(errors)), failure(run)
         if worst <= self.wanted and candidate.steps is None:
             worst = max(worst, unstopped_error(self.kind, candidate, self.span, self.truth))
         return replace(
             row,
             error=worst,
-            last_error=float(np.max(off[-1])),
+            last_error=float(np.max(errors[-1])),
             energy=energy_change(run),
-            reached=worst <= self.wanted and not doubt,
-            status=doubt or self.word(worst),
+            reached=worst <= self.wanted and not failure_text,
+            status=failure_text or self.status_of(worst),
             hard=run.counts.get("newton_steps", 0) > 0,
         )
 
     def _next(
         self, rows: list[ScanRow], waiting: list[Candidate], seconds_left: float
     ) -> tuple[Candidate | None, str]:
-        """The candidate to run next in the seconds left; or None, and the reason."""
+        """The candidate to run next in the seconds left and ""; or None, and the reason or ""."""
         last = rows[-1]
-        many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
+        last_steps = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
         if any(row.reached for row in rows):
-            goes_on = many and seconds_left >= 0.0 and all(row.reached for row in rows)
-            coarser = self._coarser(last, many) if goes_on else None
+            goes_on = last_steps and seconds_left >= 0.0 and all(row.reached for row in rows)
+            coarser = self._coarser(last, last_steps) if goes_on else None
             return coarser or self._finer(rows, seconds_left), ""
         if len(rows) >= MOST_RUNS:
             return None, f"{MOST_RUNS} settings were tried"
-        if len(rows) > 1 and _alike(rows[-2].stopped, last.stopped):
+        if len(rows) > 1 and _about_equal(rows[-2].stopped, last.stopped):
             return None, f"a force reaches its limit at t = {last.stopped:.4g}, whatever the step"
-        if not many:
+        if not last_steps:
             if not waiting:
                 return None, "no finer one is offered"
             return (waiting.pop(0), "") if seconds_left > 0.0 else (None, "its time was over")
         order = _order(rows, self.samples)
         factor = _factor(last.error, order, self.wanted)
-        within = seconds_left / max(last.wall, 1e-9)
-        if min(factor, within) < SMALLEST_FACTOR:
+        factor_in_time = seconds_left / max(last.wall, 1e-9)
+        if min(factor, factor_in_time) < SMALLEST_FACTOR:
             needed = last.seconds * (last.error / self.wanted) ** (1.0 / (order or math.inf))
             forecast = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
             return None, f"its time was over{forecast}"
-        return replace(last.candidate, steps=math.ceil(min(factor, within) * many)), ""
+        return replace(
+            last.candidate, steps=math.ceil(min(factor, factor_in_time) * last_steps)
+        ), ""
 
-    def _coarser(self, last: ScanRow, many: int) -> Candidate | None:
-        """Half as many steps as the last run's, unless it is hopeless."""
+    def _coarser(self, last: ScanRow, last_steps: int) -> Candidate | None:
+        """Half as many steps as the last run had; None where that cannot reach the error, has no
+        fewer steps, or Newton's method solved steps of the last run."""
         candidate = last.candidate
-        coarser = replace(candidate, steps=-(-many // 2))
+        coarser = replace(candidate, steps=-(-last_steps // 2))
         order = getattr(candidate.contender, "order", 0)
-        hopeless = order > LOW and 2.0**order * last.error > self.wanted
-        return None if hopeless or last.hard or coarser.count(self.samples) >= many else coarser
+        is_hopeless = order > LOW_ORDER and 2.0**order * last.error > self.wanted
+        return (
+            None
+            if is_hopeless or last.hard or coarser.count(self.samples) >= last_steps
+            else coarser
+        )
 
     def _finer(self, rows: list[ScanRow], seconds_left: float) -> Candidate | None:
-        """Twice the largest number of steps, where Newton's method solved some of these."""
+        """Twice the largest number of steps where Newton's method solved some of these, since that
+        may take less time; otherwise None."""
         finest = max(
             (row for row in rows if row.candidate is not None),
             key=lambda row: row.candidate.count(self.samples),
@@ -284,8 +300,8 @@ class Search:
 
 
 def unstopped_error(kind: Kind, candidate: Candidate, span: float, truth: Trajectory) -> float:
-    """The error at the end of a run without stops, which an integrator's own steps do not end at;
-    infinite where it fails."""
+    """The error at the end of a run without stops at the compared times; infinite where it
+    fails."""
     run = candidate.run(truth.problem, span, 1)
     if not run.success:
         return math.inf
@@ -294,13 +310,13 @@ def unstopped_error(kind: Kind, candidate: Candidate, span: float, truth: Trajec
 
 
 def _end(run: Trajectory) -> float:
-    """The time of the last state that a run which stopped has."""
+    """The time since the start of the last finite state of a run."""
     finite = np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)
     return abs(float(run.t[finite][-1] - run.t[0]))
 
 
-def _alike(first: float, second: float) -> bool:
-    """Whether two runs stopped at about the same time."""
+def _about_equal(first: float, second: float) -> bool:
+    """Whether two times are finite and differ by at most 5 %."""
     return (
         math.isfinite(first)
         and math.isfinite(second)
@@ -313,8 +329,8 @@ def _rounded(number: float) -> str:
 
 
 def explained(rows: list[ScanRow], why: str) -> list[ScanRow]:
-    """The rows; where none reaches the error, those at the finest and at the most accurate setting,
-    which tables show, have the reason as their status."""
+    """The rows; where none reaches the error, the reason is the status of the last and of the most
+    accurate one, which tables show."""
     measured = [row for row in rows if not math.isnan(row.error)]
     if any(row.reached for row in rows) or not measured:
         return rows
@@ -337,11 +353,12 @@ def _order(rows: list[ScanRow], samples: int) -> float:
 
 
 def _factor(error: float, order: float, wanted: float) -> float:
-    """The factor on the number of steps for the next run; cautious where the order is low."""
+    """The factor on the number of steps for the next run; an order below 2 counts as 2."""
     if not (math.isfinite(error) and error > 0.0):
         return 2.0
     return min(
-        max((error / (AIM * wanted)) ** (1.0 / max(order, 2.0)), SMALLEST_FACTOR), LARGEST_FACTOR
+        max((error / (AIMED_FRACTION * wanted)) ** (1.0 / max(order, 2.0)), SMALLEST_FACTOR),
+        LARGEST_FACTOR,
     )
 
 
@@ -356,7 +373,7 @@ def momentum_change(run: Trajectory) -> float:
 
 
 def _relative(values: Array) -> float:
-    """The largest change from the first, over its size."""
+    """The largest change from the first value, over the largest entry of that value."""
     change = np.abs(values - values[0]).reshape(len(values), -1).max(axis=1)
     size = float(np.max(np.abs(values[0]))) or 1.0
     return float(np.max(change)) / size

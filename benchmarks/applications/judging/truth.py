@@ -20,16 +20,18 @@ Errors = Callable[[Trajectory, Trajectory], Array]
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """The largest distance of a part of the model between two sources, until one of them stops.
+    """The agreement of a source with the truth, up to where the source stops.
 
     Attributes
     ----------
     source
-        that is compared with the truth
+        the source that is compared with the truth
     t : array, shape (times,)
+        compared times
     distances : array, shape (times,)
+        largest distance of a part of the model between the two
     stopped
-        why it did not reach the end, in words; "" where it did
+        reason why the source did not reach the end; "" where it did
     """
 
     source: Source
@@ -39,32 +41,35 @@ class Agreement:
 
     @property
     def largest(self) -> float:
-        """Over all times."""
+        """The largest distance at any compared time."""
         return float(np.max(self.distances))
 
 
 def in_pieces(
     source: Source, problem: Problem, ends: Array, limit: float = math.inf
 ) -> tuple[Trajectory, str]:
-    """A run whose states, at the start and at these times, are the ends of runs, not interpolated
-    between steps; it ends with the last one that is a success, or after ``limit`` seconds. And why
-    it ended early, or ""."""
+    """Run to each of the times `ends` in turn, each run starting from the end of the one before.
+
+    So no state is interpolated between steps. Returns the states at the start and at the times that
+    were reached without a failure and within ``limit`` seconds, and the reason why it ended early,
+    or "".
+    """
     t, q, v, stopped = [problem.t0], [problem.q0], [problem.v0], ""
-    piece, begun = problem, math.inf  # the first piece may compile
+    piece, start = problem, math.inf  # the first piece may compile
     for end in ends.tolist():
-        if time.perf_counter() - begun > limit:
+        if time.perf_counter() - start > limit:
             stopped = "it was given up as slow"
             break
         run = source.run(piece, end - piece.t0, 1)
         if not run.success:
             stopped = "its run fails"
             break
-        begun = min(begun, time.perf_counter())
+        start = min(start, time.perf_counter())
         t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
         piece = Problem(problem.system, run.q[-1], run.v[-1], end)
-    places, speeds, times = np.stack(q), np.stack(v), np.array(t)
-    momenta = momentum_at(problem.system, places, speeds, times)
-    return Trajectory(problem, times, places, momenta, velocities=speeds), stopped
+    positions, velocities, times = np.stack(q), np.stack(v), np.array(t)
+    momenta = momentum_at(problem.system, positions, velocities, times)
+    return Trajectory(problem, times, positions, momenta, velocities=velocities), stopped
 
 
 def agreements(
@@ -75,29 +80,30 @@ def agreements(
     report: Callable[[str], None],
     limit: float = math.inf,
 ) -> list[Agreement]:
-    """The agreement of the truth with each source, at the ends of ``pieces`` of its time.
+    """The agreement of the truth with each source, at the ends of ``pieces`` equal parts of its
+    time.
 
     Parameters
     ----------
     limit
-        seconds after which a source is not taken any further
+        seconds after which no further piece of a source is run
     """
     problem = truth.problem
     rows = np.unique(np.linspace(0, len(truth.t) - 1, pieces + 1).round().astype(int))
-    few = states_of(truth, rows)
+    truth_at_ends = states_of(truth, rows)
     compared = []
     for source in sources:
         report(f"truth: {source.label}")
-        run, stopped = in_pieces(source, problem, few.t[1:], limit)
+        run, stopped = in_pieces(source, problem, truth_at_ends.t[1:], limit)
         reached = len(run.t)  # fewer where it stopped
-        until = states_of(few, slice(reached))
-        distances = errors(run, until).reshape(reached, -1).max(axis=1)
-        compared.append(Agreement(source, until.t, distances, stopped))
+        reached_truth = states_of(truth_at_ends, slice(reached))
+        distances = errors(run, reached_truth).reshape(reached, -1).max(axis=1)
+        compared.append(Agreement(source, reached_truth.t, distances, stopped))
     return compared
 
 
 def states_of(run: Trajectory, rows: Any) -> Trajectory:
-    """These states of a run."""
+    """A run with the states in `rows` (an index or slice) only."""
     return Trajectory(
         run.problem,
         run.t[rows],
@@ -114,7 +120,7 @@ def thinned(run: Trajectory, stride: int) -> Trajectory:
 
 
 def time_text(truth: Trajectory, t: float) -> str:
-    """A time with the digits that tell apart a hundred-thousandth of the run, also at an epoch."""
+    """A time with enough digits to resolve 1e-5 of the run, however far its times are from 0."""
     duration = abs(float(truth.t[-1] - truth.t[0]))
     size = max(abs(float(truth.t[0])), abs(float(truth.t[-1])))
     return f"{t:.{max(6, math.ceil(math.log10(size / duration)) + 5 if size else 0)}g}"

@@ -18,7 +18,7 @@ from benchmarks.applications.kit.truths import (
     Source,
     States,
     Truth,
-    agreed,
+    agreed_truth,
     completed,
     restarted,
 )
@@ -47,7 +47,7 @@ FOLDER = Path(__file__).parent / "mjcf"
 DURATION = 5.0  # s
 TOLERANCE = 1e-13  # of DOP853
 DEGREE, STEPS = 8, 1000  # of galvi, where it is the second source
-OURS = Source(
+GALVI_SOURCE = Source(
     f"galvi, degree {DEGREE}, {STEPS} steps",
     lambda problem, duration: completed(
         gauss_collocation(DEGREE).run(
@@ -56,41 +56,46 @@ OURS = Source(
         "galvi",
     ),
 )
-MUJOCO = {"Euler": "euler", "implicit": "implicit", "implicitfast": "implicitfast", "RK4": "rk4"}
-Motion = Callable[[Problem, float], States]  # of a tree that galvi read: qpos and qvel
+MUJOCO_INTEGRATORS = {
+    "Euler": "euler",
+    "implicit": "implicit",
+    "implicitfast": "implicitfast",
+    "RK4": "rk4",
+}
+Motion = Callable[[Problem, float], States]  # (problem of a tree, duration) -> qpos, qvel
 
 
 def _pendulum(problem: Problem, duration: float) -> States:
-    """One hinge, normal to gravity, with the centre of mass below it at the angle 0."""
+    """States of one hinge normal to gravity, with the centre of mass below it at angle 0."""
     link, system = problem.system.links[0], problem.system
     axis, lever = link.joints[0].axis, float(np.linalg.norm(link.centre))
     inertia = float(axis @ link.inertia @ axis) + link.mass * lever**2
     weight = link.mass * lever * float(np.linalg.norm(system.gravity))
-    plain = Problem(Canonical(inertia, CosinePotential(weight)), problem.q0, problem.v0)
-    return completed(PENDULUM.run(plain, duration, {"samples": SAMPLES}), PENDULUM.name)
+    equivalent = Problem(Canonical(inertia, CosinePotential(weight)), problem.q0, problem.v0)
+    return completed(PENDULUM.run(equivalent, duration, {"samples": SAMPLES}), PENDULUM.name)
 
 
 def _spring(problem: Problem, duration: float) -> States:
-    """One upright slide with a spring."""
+    """States of one upright slide with a spring."""
     link, system = problem.system.links[0], problem.system
     joint = link.joints[0]
-    middle = joint.rest + link.mass * float(joint.axis @ system.gravity) / joint.stiffness
+    equilibrium = joint.rest + link.mass * float(joint.axis @ system.gravity) / joint.stiffness
     spring = Canonical(link.mass, LinearSpring(joint.stiffness))
-    plain = Problem(spring, problem.q0 - middle, problem.v0)
-    q, v = completed(OSCILLATOR.run(plain, duration, {"samples": SAMPLES}), OSCILLATOR.name)
-    return q + middle, v
+    equivalent = Problem(spring, problem.q0 - equilibrium, problem.v0)
+    q, v = completed(OSCILLATOR.run(equivalent, duration, {"samples": SAMPLES}), OSCILLATOR.name)
+    return q + equilibrium, v
 
 
 def _turning_body(problem: Problem, duration: float) -> States:
-    """One body on a ball joint at its centre of mass."""
+    """States of one body on a ball joint at its centre of mass."""
     R, w = from_mujoco("ball", *_start(problem))
-    plain = Problem(RigidBody(problem.system.links[0].inertia), R[0], w[0])
-    run = FREE_TOP.run(plain, duration, {"samples": SAMPLES})
+    equivalent = Problem(RigidBody(problem.system.links[0].inertia), R[0], w[0])
+    run = FREE_TOP.run(equivalent, duration, {"samples": SAMPLES})
     return to_mujoco("ball", *completed(run, FREE_TOP.name))
 
 
 def _thrown_body(problem: Problem, duration: float) -> States:
-    """Bodies fixed in one on a free joint, their frames alike, moved with their centre of mass."""
+    """States of one body on a free joint, made of fixed links with parallel axes."""
     links = problem.system.links
     masses, centres = np.array([link.mass for link in links]), np.array([x.centre for x in links])
     centre, inertia = masses @ centres / masses.sum(), np.zeros((3, 3))
@@ -118,24 +123,30 @@ def _start(problem: Problem) -> States:
 def _stored(
     reference: Any, make: Callable[[], Problem], joint: str, problem: Problem, duration: float
 ) -> States:
-    """A stored truth of the same bodies."""
+    """States of the stored truth of the problem that `make` returns, which has the same bodies."""
     run = reference.run(make(), duration, {"samples": SAMPLES})
     return to_mujoco(joint, *completed(run, reference.name))
 
 
-KEPT = "heyoka's Taylor series in quadruple precision, stored with galvi"
-ELLIPTIC = "Jacobi's elliptic functions in 80 digits"
+STORED_SERIES = "heyoka's Taylor series in quadruple precision, stored with galvi"
+ELLIPTIC_FUNCTIONS = "Jacobi's elliptic functions in 80 digits"
 INDEPENDENT: Mapping[str, tuple[str, Motion]] = {  # truths that need no engine
-    "pendulum": (ELLIPTIC, _pendulum),
+    "pendulum": (ELLIPTIC_FUNCTIONS, _pendulum),
     "slide_spring": ("sines", _spring),
-    "free_body_on_a_ball": (ELLIPTIC, _turning_body),
-    "free_body": (ELLIPTIC, _thrown_body),
-    "nested_free_body": (ELLIPTIC, _thrown_body),
-    "thrown_body": (ELLIPTIC, _thrown_body),
-    "heavy_top": (KEPT, partial(_stored, STORED_ATTITUDE, problems.heavy_top, "ball")),
-    "ball_pendulum": (KEPT, partial(_stored, STORED_ATTITUDE, problems.pendulum_3d, "ball")),
-    "double_pendulum": (KEPT, partial(_stored, STORED_CHAIN, problems.double_pendulum, "chain")),
-    "chain_5": (KEPT, partial(_stored, STORED_CHAIN, problems.planar_chain, "chain")),
+    "free_body_on_a_ball": (ELLIPTIC_FUNCTIONS, _turning_body),
+    "free_body": (ELLIPTIC_FUNCTIONS, _thrown_body),
+    "nested_free_body": (ELLIPTIC_FUNCTIONS, _thrown_body),
+    "thrown_body": (ELLIPTIC_FUNCTIONS, _thrown_body),
+    "heavy_top": (STORED_SERIES, partial(_stored, STORED_ATTITUDE, problems.heavy_top, "ball")),
+    "ball_pendulum": (
+        STORED_SERIES,
+        partial(_stored, STORED_ATTITUDE, problems.pendulum_3d, "ball"),
+    ),
+    "double_pendulum": (
+        STORED_SERIES,
+        partial(_stored, STORED_CHAIN, problems.double_pendulum, "chain"),
+    ),
+    "chain_5": (STORED_SERIES, partial(_stored, STORED_CHAIN, problems.planar_chain, "chain")),
 }
 
 
@@ -146,7 +157,7 @@ class Model:
     Attributes
     ----------
     name
-        of its files
+        name of its files, without suffix
     """
 
     name: str
@@ -166,7 +177,7 @@ class Model:
         return self._read[0]
 
     def start(self) -> dict[str, list[float]]:
-        """qpos, qvel and ctrl."""
+        """qpos, qvel and ctrl of the keyframe."""
         state = self._read[1].start_data()
         return {name: getattr(state, name).tolist() for name in ("qpos", "qvel", "ctrl")}
 
@@ -180,7 +191,7 @@ class Model:
                 return problem.system.from_mujoco(*motion(problem, duration))
 
             return Source(label, states), self._accelerations
-        return self._accelerations, OURS
+        return self._accelerations, GALVI_SOURCE
 
     @property
     def _accelerations(self) -> Source:
@@ -191,15 +202,15 @@ class Model:
         return of_user(contender, self._read[1], self.problem)
 
     def truth(self) -> Truth:
-        """Configurations and velocities of galvi's tree."""
-        moved = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
+        """Configurations and velocities of galvi's tree on which two sources agree."""
+        shifted_problem = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
         differences = self.differences, np.subtract
-        return agreed(self.problem, DURATION, self.sources, moved, differences)
+        return agreed_truth(self.problem, DURATION, self.sources, shifted_problem, differences)
 
     def orders(self, truth: Truth) -> dict[str, Convergence | None]:
         """Measured orders by the names of MuJoCo's integrators."""
         orders = {}
-        for name, key in MUJOCO.items():
+        for name, key in MUJOCO_INTEGRATORS.items():
             method = Method(self._on(INTEGRATORS[key]), {})
             orders[name] = convergence(
                 self.problem, truth, INTEGRATORS[key].order, (method,), self.differences

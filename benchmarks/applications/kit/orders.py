@@ -11,10 +11,12 @@ import numpy as np
 from benchmarks.applications.kit.truths import Differences, Truth, distances, largest
 from galvi import Problem
 
-HALVINGS = 15  # of the time between two states of the truth, at most
-CLOSE = 0.12  # of both measured orders to the expected one; tests may ask for 0.3
-CLEAR = 100.0  # the smallest error over the stated error of the truth
-SMALL = 1e-2  # the largest error over the largest entry: the order is that of short steps
+HALVINGS = 15  # largest number of halvings of the time between two states of the truth
+ORDER_TOLERANCE = 0.12  # of both measured orders; tests of other projects may allow 0.3
+SMALLEST_ERROR_RATIO = 100.0  # least ratio of an error to the stated error of the truth
+LARGEST_RELATIVE_ERROR = (
+    1e-2  # of errors, to the largest entry: larger ones are not in the asymptotic range
+)
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class Convergence:
     Attributes
     ----------
     truth_index
-        of the truth's time at which errors were measured, 0 for the first after the start
+        index of the truth's time at which errors were measured, 0 for the first after the start
     """
 
     order: int
@@ -34,7 +36,7 @@ class Convergence:
 
 @dataclass(frozen=True)
 class Method:
-    """A way to take equal steps, with the options of its setting."""
+    """A contender that takes equal steps, with the further options of its settings."""
 
     contender: Any
     options: Mapping[str, Any]
@@ -47,13 +49,15 @@ def convergence(
     methods: tuple[Method, ...],
     differences: Differences = distances,
 ) -> Convergence | None:
-    """The longest steps at which all these forms of an integrator have its order, at the latest
-    time; None where there are none.
+    """The longest three steps at which all `methods`, forms of one integrator, show its order.
+
+    Of the times of the truth at which they do, the latest is taken. None where they show it at
+    none.
 
     Parameters
     ----------
     differences
-        of positions (rows, ...) from those of the truth
+        function (positions, true positions), both (rows, ...), that returns their differences
     """
     last, errors, size = len(truth.t) - 1, [], float(np.max(np.abs(truth.q)))
     for k in range(HALVINGS):
@@ -64,13 +68,13 @@ def convergence(
             for method in methods
         ]
         errors.append(np.array([largest(differences(run.q, truth.q)) for run in runs])[:, 1:])
-        clear = np.all(errors[-1] > CLEAR * truth.error_q[1:], axis=0)
-        if k < 2 or not np.any(clear):
+        is_clear = np.all(errors[-1] > SMALLEST_ERROR_RATIO * truth.error_q[1:], axis=0)
+        if k < 2 or not np.any(is_clear):
             continue
         with np.errstate(all="ignore"):
             measured = np.log2(np.array(errors[-3:-1]) / np.array(errors[-2:]))
-        holds = clear & np.all(np.abs(measured - order) < CLOSE, axis=(0, 1))
-        holds &= np.all(errors[-3] < SMALL * size, axis=0)
+        holds = is_clear & np.all(np.abs(measured - order) < ORDER_TOLERANCE, axis=(0, 1))
+        holds &= np.all(errors[-3] < LARGEST_RELATIVE_ERROR * size, axis=0)
         if np.any(holds):
             latest = int(np.flatnonzero(holds)[-1])
             return Convergence(order, latest, (4.0 * step, 2.0 * step, step))

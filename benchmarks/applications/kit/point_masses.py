@@ -16,7 +16,7 @@ from benchmarks.applications.kit.truths import (
     Source,
     States,
     Truth,
-    agreed,
+    agreed_truth,
     restarted,
     sampled,
 )
@@ -33,7 +33,7 @@ from references.stored.planets import CASES, STORED_TRUTH
 from references.textbook.euler import STORMER_VERLET
 from references.textbook.fourth_order import FOREST_RUTH, RK4
 
-WRITTEN = "written for galvi"
+WRITTEN_FOR_GALVI = "written for galvi"
 CLOSED = sampled(KEPLER, "Kepler's equation in closed form, in double-double arithmetic")
 STORED = sampled(STORED_TRUTH, "heyoka's Taylor series in quadruple precision, stored with galvi")
 GAUSS_RADAU = sampled(IAS15, "REBOUND IAS15")
@@ -51,7 +51,17 @@ INTEGRATORS: Mapping[str, tuple[Method, ...]] = {  # each of a tuple must have t
     "whfast": (Method(WHFAST, {}),),
     "saba_10_6_4": (Method(SABA, {"type": "10_6_4"}),),
 }
-ADAPTIVE = ("ias15",)  # choose their own steps
+ADAPTIVE = ("ias15",)  # integrators that choose their steps
+DE421 = (
+    "JPL DE421 at JD 2451544.5 TDB (Folkner, Williams and Boggs 2009, IPN Progress Report 42-178), "
+    "read through the package de421: barycentric, ICRF axes"
+)
+TILT, NODE = 0.4, 0.7  # of the plane of two bodies, in rad
+TRIANGLE_MASSES = (1.0, 2.0, 3.0)
+TRIANGLE_SPEED = 0.9  # over the speed on circles
+MOON_MASS = 0.012277471
+ARENSTORF_PERIOD = 17.0652165601579625588917206249
+ARENSTORF_START = (0.994, -2.00158510637908252240537862224)  # x and dy/dt in the turning frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,30 +71,30 @@ class PointMasses:
     Attributes
     ----------
     name
-        of its files
+        name of its files, without suffix
     problem
-        of point masses in the plane or in space
+        a problem of point masses in the plane or in space
     duration
-        in its unit of time
+        duration in the problem's unit of time
     sources
-        of the truth, the first of which is written
+        two sources of the truth; states of the first one are written
     start
-        where masses and initial state come from
+        origin of the masses and the initial state
     """
 
     name: str
     problem: Problem
     duration: float
     sources: tuple[Source, Source]
-    start: str = WRITTEN
+    start: str = WRITTEN_FOR_GALVI
 
     def truth(self) -> Truth:
-        """Positions and velocities (rows, bodies, 2 or 3)."""
-        moved = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
-        return agreed(self.problem, self.duration, self.sources, moved)
+        """Positions and velocities (rows, bodies, 2 or 3) on which two sources agree."""
+        shifted_problem = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
+        return agreed_truth(self.problem, self.duration, self.sources, shifted_problem)
 
     def orders(self, truth: Truth) -> dict[str, Convergence | None]:
-        """Measured orders by the names of integrators."""
+        """Measured orders by the names of integrators; None where none was measured."""
         orders = {
             name: convergence(self.problem, truth, methods[0].contender.order, methods)
             for name, methods in INTEGRATORS.items()
@@ -93,8 +103,9 @@ class PointMasses:
 
 
 def two_bodies(e: float, anomaly: float = 0.0) -> Problem:
-    """Masses 0.75 and 0.25 on orbits of this eccentricity, |a| = 1, in a tilted plane, from the
-    pericentre; about their centre of mass.
+    """Masses 0.75 and 0.25 about their centre of mass on orbits with |a| = 1 in a tilted plane.
+
+    Orbits with e < 1 start at the pericentre, flybys at `anomaly`.
 
     Parameters
     ----------
@@ -109,31 +120,27 @@ def two_bodies(e: float, anomaly: float = 0.0) -> Problem:
         position, speed = (e - c, root * s), (-s * rate, root * c * rate)
     q, v = _tilted(position), _tilted(speed)
     masses = np.array([0.75, 0.25])
-    shares = np.array([-0.25, 0.75])[:, None]
+    fractions = np.array([-0.25, 0.75])[:, None]
     return Problem(
-        NBody(masses), shares * q, shares * v, name=f"two bodies, e = {e:g}", units="G = 1"
+        NBody(masses), fractions * q, fractions * v, name=f"two bodies, e = {e:g}", units="G = 1"
     )
 
 
-TILT, NODE = 0.4, 0.7  # rad
-
-
-def _tilted(flat: Sequence[float]) -> Array:
-    """A vector (2,) of the plane in space, (3,)."""
-    x, y = flat
+def _tilted(vector: Sequence[float]) -> Array:
+    """The vector (3,) of a vector (2,) in the tilted plane."""
+    x, y = vector
     y, z = y * math.cos(TILT), y * math.sin(TILT)
     c, s = math.cos(NODE), math.sin(NODE)
     return np.array([c * x - s * y, s * x + c * y, z])
 
 
 def figure_eight() -> Problem:
-    """Three equal masses that follow each other along an eight."""
+    """Three equal masses that follow each other along a figure eight."""
     x, v = np.array([0.97000436, -0.24308753]), np.array([-0.93240737, -0.86473146])
-    places, speeds = [x, -x, np.zeros(2)], [-0.5 * v, -0.5 * v, v]
-    return Problem(NBody([1.0, 1.0, 1.0]), places, speeds, name="figure eight", units="G = 1")
-
-
-TRIANGLE_MASSES, TRIANGLE_SPEED = (1.0, 2.0, 3.0), 0.9  # of that on circles
+    positions, velocities = [x, -x, np.zeros(2)], [-0.5 * v, -0.5 * v, v]
+    return Problem(
+        NBody([1.0, 1.0, 1.0]), positions, velocities, name="figure eight", units="G = 1"
+    )
 
 
 def lagrange_triangle() -> Problem:
@@ -141,35 +148,40 @@ def lagrange_triangle() -> Problem:
     masses = np.array(TRIANGLE_MASSES)
     corners = np.array([0.0, 1.0, complex(0.5, math.sqrt(0.75))])
     corners = corners - masses @ corners / masses.sum()
-    turning = 1j * TRIANGLE_SPEED * math.sqrt(masses.sum()) * corners
-    places, speeds = (np.stack([x.real, x.imag], axis=1) for x in (corners, turning))
-    return Problem(NBody(masses), places, speeds, name="Lagrange's triangle", units="G = 1")
+    corner_velocities = 1j * TRIANGLE_SPEED * math.sqrt(masses.sum()) * corners
+    positions, velocities = (
+        np.stack([x.real, x.imag], axis=1) for x in (corners, corner_velocities)
+    )
+    return Problem(NBody(masses), positions, velocities, name="Lagrange's triangle", units="G = 1")
 
 
 def _similar_triangles(problem: Problem, duration: float) -> States:
-    """The first side moves as a body about a centre of the total mass, and the triangle with it."""
-    side, turning = (x[1] - x[0] for x in (problem.q0, problem.v0))
+    """States of a triangle that stays similar to itself.
+
+    Its first side moves like a body about a fixed centre with the total mass.
+    """
+    side, side_velocity = (x[1] - x[0] for x in (problem.q0, problem.v0))
     system: Any = problem.system
     centre = CentralForce(float(system.masses.sum()))
-    moved = CLOSED.states(Problem(Canonical(1.0, centre), side, turning), duration)
+    side_states = CLOSED.states(Problem(Canonical(1.0, centre), side, side_velocity), duration)
     corners = problem.q0 @ (1.0, 1j)
-    turned = (np.multiply.outer(x @ (1.0, 1j), corners) / (side @ (1.0, 1j)) for x in moved)
-    q, v = (np.stack([x.real, x.imag], axis=-1) for x in turned)
+    triangle_states = (
+        np.multiply.outer(x @ (1.0, 1j), corners) / (side @ (1.0, 1j)) for x in side_states
+    )
+    q, v = (np.stack([x.real, x.imag], axis=-1) for x in triangle_states)
     return q, v
 
 
-MOON, PERIOD = 0.012277471, 17.0652165601579625588917206249
-ARENSTORF = (0.994, -2.00158510637908252240537862224)  # place and speed in the turning frame
-
-
 def arenstorf() -> Problem:
-    """A massless body about the Earth and the Moon on circles, from behind the Moon, seen from
-    space: in the frame that turns with the Moon it comes back after a period."""
-    x, speed = ARENSTORF
-    places = [[-MOON, 0.0], [1.0 - MOON, 0.0], [x, 0.0]]
-    speeds = [[0.0, -MOON], [0.0, 1.0 - MOON], [0.0, speed + x]]
-    masses = [1.0 - MOON, MOON, 0.0]
-    return Problem(NBody(masses), places, speeds, name="Arenstorf's orbit", units="G = 1")
+    """A massless body about Earth and Moon on circles, from behind the Moon, in an inertial frame.
+
+    In the frame that turns with the Moon the body returns to its start after ARENSTORF_PERIOD.
+    """
+    x, speed = ARENSTORF_START
+    positions = [[-MOON_MASS, 0.0], [1.0 - MOON_MASS, 0.0], [x, 0.0]]
+    velocities = [[0.0, -MOON_MASS], [0.0, 1.0 - MOON_MASS], [0.0, speed + x]]
+    masses = [1.0 - MOON_MASS, MOON_MASS, 0.0]
+    return Problem(NBody(masses), positions, velocities, name="Arenstorf's orbit", units="G = 1")
 
 
 def retrograde_planet() -> Problem:
@@ -182,16 +194,10 @@ def retrograde_planet() -> Problem:
     return Problem(NBody(masses), q, v, name="a retrograde planet", units="G = 1")
 
 
-DE421 = (
-    "JPL DE421 at JD 2451544.5 TDB (Folkner, Williams and Boggs 2009, IPN Progress Report 42-178), "
-    "read through the package de421: barycentric, ICRF axes"
-)
-
-
-def _stored(name: str, case: str, share: float, start: str = WRITTEN) -> PointMasses:
-    """A problem with a stored truth, over this share of its time: 1 or 0.1."""
+def _stored(name: str, case: str, fraction: float, start: str = WRITTEN_FOR_GALVI) -> PointMasses:
+    """A problem with a stored truth, over a fraction of its duration: 1 or 0.1."""
     problem, horizon = CASES[case]
-    return PointMasses(name, problem, horizon * share, STORED_PAIR, start)
+    return PointMasses(name, problem, horizon * fraction, STORED_PAIR, start)
 
 
 def all_point_masses() -> tuple[PointMasses, ...]:
@@ -211,7 +217,8 @@ def all_point_masses() -> tuple[PointMasses, ...]:
             "Chenciner and Montgomery, Annals of Mathematics 152 (2000) 881, digits by C. Simo",
         ),
         PointMasses("lagrange_triangle", lagrange_triangle(), 4.0, (triangle, GAUSS_RADAU),
-                    "Lagrange, Essai sur le probleme des trois corps (1772); masses " + WRITTEN),
+                    "Lagrange, Essai sur le probleme des trois corps (1772); masses "
+                    + WRITTEN_FOR_GALVI),
         _stored("pythagorean", "burrau", 1.0,
                 "Burrau, Astronomische Nachrichten 195 (1913) 113; Szebehely and Peters, "
                 "Astronomical Journal 72 (1967) 876"),
@@ -223,9 +230,9 @@ def all_point_masses() -> tuple[PointMasses, ...]:
                 "176, as in heyoka.py's documentation"),
         _stored("hierarchical_triple", "kozai", 0.1),
         _stored("sitnikov", "sitnikov", 0.1,
-                "Sitnikov, Doklady Akademii Nauk 133 (1960) 303; numbers " + WRITTEN),
+                "Sitnikov, Doklady Akademii Nauk 133 (1960) 303; numbers " + WRITTEN_FOR_GALVI),
         PointMasses(
-            "arenstorf", arenstorf(), PERIOD, NUMERICAL_PAIR,
+            "arenstorf", arenstorf(), ARENSTORF_PERIOD, NUMERICAL_PAIR,
             "Arenstorf 1963, with the digits of Hairer, Norsett and Wanner, Solving Ordinary "
             "Differential Equations I, II.0; here in an inertial frame",
         ),
@@ -233,7 +240,7 @@ def all_point_masses() -> tuple[PointMasses, ...]:
         _stored("binary_meets_star", "binary_meets_star", 1.0),
         _stored("sixteen_stars", "sixteen_stars", 0.1),
         PointMasses("massless_belt", belt, 36525.0, NUMERICAL_PAIR,
-                    DE421 + "; massless bodies " + WRITTEN),
+                    DE421 + "; massless bodies " + WRITTEN_FOR_GALVI),
         PointMasses("many_planets", planets, 10.0 * innermost_period(planets), NUMERICAL_PAIR,
                     "written for galvi, with the GM of DE421, that of planets times 1e-3"),
     )  # fmt: skip

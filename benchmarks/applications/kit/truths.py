@@ -13,16 +13,16 @@ from benchmarks.applications.judging.truth import in_pieces
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
-SAMPLES = 10  # times of a truth after its start, at most
-DISAGREEMENT = 1e-9  # of positions or velocities, relative to the largest: no truth from there on
-SAFETY = 10.0  # the stated error over the largest difference so far
+SAMPLES = 10  # largest number of times of a truth after its start
+LARGEST_DISAGREEMENT = 1e-9  # of positions and velocities, relative to their largest entry
+SAFETY = 10.0  # ratio of the stated error to the largest difference up to that time
 ROUNDING = 8.0 * 2.0**-52  # relative to the largest entry
 SHIFT = 2.0**-52  # of the start, relative
 RULE = (
     f"{SAFETY:g} times the largest difference between the two sources up to that time, plus "
     f"{ROUNDING:.1e} times the largest entry; the second source also runs from positions shifted "
     f"by {SHIFT:.1e}, relatively, and the larger difference counts; states end where it exceeds "
-    f"{DISAGREEMENT:g} of the largest entry"
+    f"{LARGEST_DISAGREEMENT:g} of the largest entry"
 )
 
 States = tuple[Array, Array]  # positions and velocities at the start and SAMPLES times after it
@@ -31,7 +31,7 @@ Differences = Callable[[Array, Array], Array]
 
 @dataclass(frozen=True)
 class Source:
-    """What computes the states of a problem over a duration, and how it is called."""
+    """A label and a function that computes the states of a problem over a duration."""
 
     label: str
     states: Callable[[Problem, float], States]
@@ -45,9 +45,9 @@ class Truth:
     ----------
     t : array, shape (rows,)
     q, v : array, shape (rows, ...)
-        of the first source
+        states of the first source
     error_q, error_v : array, shape (rows,)
-        by RULE; 0 at the start
+        stated errors by RULE; 0 at the start
     """
 
     t: Array
@@ -62,46 +62,52 @@ def distances(states: Array, reference_states: Array) -> Array:
     return np.linalg.norm(states - reference_states, axis=-1)
 
 
-def agreed(
+def agreed_truth(
     problem: Problem,
     duration: float,
     sources: tuple[Source, Source],
     shifted: Problem,
     differences: tuple[Differences, Differences] = (distances, distances),
 ) -> Truth:
-    """The states of the first source, up to where the second one disagrees.
+    """The states of the first source, before the second one disagrees.
 
     Parameters
     ----------
     shifted
         the problem from a start that differs by SHIFT
     differences
-        of positions (rows, ...) from others, and of velocities
+        functions of two arrays (rows, ...), of positions and of velocities, that return differences
 
     Raises
     ------
     ValueError
-        Where the sources disagree from the first time on.
+        Where the sources disagree at the first time after the start.
     """
     q, v = sources[0].states(problem, duration)
     sizes = [float(np.max(np.abs(x))) for x in (q, v)]
-    gaps = [np.zeros(len(q)), np.zeros(len(q))]
+    disagreements = [np.zeros(len(q)), np.zeros(len(q))]
     for start in (problem, shifted):
-        compared = zip(gaps, differences, (q, v), sources[1].states(start, duration), strict=True)
-        gaps = [
+        compared = zip(
+            disagreements, differences, (q, v), sources[1].states(start, duration), strict=True
+        )
+        disagreements = [
             np.maximum(gap, np.maximum.accumulate(largest(difference(x, y))))
             for gap, difference, x, y in compared
         ]
-    agree = [gap <= DISAGREEMENT * size for gap, size in zip(gaps, sizes, strict=True)]
-    lost = ~(agree[0] & agree[1])
-    rows = int(np.argmax(lost)) if lost.any() else len(lost)
+    agree = [
+        gap <= LARGEST_DISAGREEMENT * size for gap, size in zip(disagreements, sizes, strict=True)
+    ]
+    is_lost = ~(agree[0] & agree[1])
+    rows = int(np.argmax(is_lost)) if is_lost.any() else len(is_lost)
     if rows < 2:
         raise ValueError(
-            f"two sources of the truth of {problem.name} must agree to {DISAGREEMENT:g} at the "
-            f"first time; received differences of {gaps[0][1]:.1e} in position between "
-            f"{sources[0].label} and {sources[1].label}. Shorten its duration."
+            f"two sources of the truth of {problem.name} must agree to {LARGEST_DISAGREEMENT:g} at "
+            f"the first time; received differences of {disagreements[0][1]:.1e} in position "
+            f"between {sources[0].label} and {sources[1].label}. Shorten its duration."
         )
-    errors = [SAFETY * gap + ROUNDING * size for gap, size in zip(gaps, sizes, strict=True)]
+    errors = [
+        SAFETY * gap + ROUNDING * size for gap, size in zip(disagreements, sizes, strict=True)
+    ]
     for error in errors:
         error[0] = 0.0
     t = problem.t0 + duration * np.arange(SAMPLES + 1) / SAMPLES
@@ -109,12 +115,12 @@ def agreed(
 
 
 def largest(differences: Array) -> Array:
-    """The largest size of an entry of each row, (rows,)."""
+    """The largest magnitude of an entry of each row, (rows,)."""
     return np.max(np.abs(differences.reshape(len(differences), -1)), axis=1)
 
 
 def sampled(contender: Any, label: str, setting: Mapping[str, Any] | None = None) -> Source:
-    """A contender that is as accurate between its steps as at their ends."""
+    """The source of a contender that is as accurate between its steps as at their ends."""
 
     def states(problem: Problem, duration: float) -> States:
         run = contender.run(problem, duration, {"samples": SAMPLES, **(setting or {})})
@@ -124,7 +130,8 @@ def sampled(contender: Any, label: str, setting: Mapping[str, Any] | None = None
 
 
 def restarted(contender: Any, label: str, setting: Mapping[str, Any]) -> Source:
-    """A contender that starts anew at each time, since it interpolates between its steps."""
+    """The source of a contender that is restarted at each time, since it interpolates between its
+    steps."""
     piecewise = Piecewise(label, label, contender, setting)
 
     def states(problem: Problem, duration: float) -> States:
@@ -135,7 +142,7 @@ def restarted(contender: Any, label: str, setting: Mapping[str, Any]) -> Source:
 
 
 def completed(run: Trajectory, label: str) -> States:
-    """Positions and velocities of a run; ValueError where it ended early."""
+    """Positions and velocities of a run; ValueError where it failed or ended early."""
     if not run.success or len(run.t) != SAMPLES + 1:
         raise ValueError(f"{label} must reach the end of {run.problem.name}: {run.status}")
     return run.q, run.v

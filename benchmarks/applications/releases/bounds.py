@@ -1,4 +1,4 @@
-"""The bound of a regression test, from how far apart runs are that differ by rounding alone."""
+"""The bound of a regression test, from differences between runs that differ by rounding alone."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from statistics import NormalDist
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import FLOORS
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS
 from galvi.arrays import Array
 
-# What FEWEST_FLOORS and MOST_FLOORS rest on is printed by
+# The measurements behind FEWEST_FLOORS and MOST_FLOORS are printed by
 # pytest -m slow -s tests/suite/benchmarks/test_tolerance.py -k limits
-UPPER = 0.95  # quantile that gives the spread, with the median
-DEVIATIONS = 4.0  # to which the tail is extrapolated
+UPPER_QUANTILE = 0.95  # the spread is that between the median and this quantile
+TAIL_DEVIATIONS = 4.0  # standard deviations to which the tail is extrapolated
 FEWEST_FLOORS = 5.0  # least number of floors of a bound
-MOST_FLOORS = FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
-FEWEST_ULPS = 4.0  # ulp of the size, below which no floor is
-LARGEST = 700.0  # logarithm of a factor
-CHAOS_SHARE = 1e-3  # share of the motion, above which a floor is no longer rounding
+MOST_FLOORS = CHANGE_FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
+FEWEST_ULPS = 4.0  # ulp of the size: no floor is smaller
+LARGEST_LOGARITHM = 700.0  # of a factor
+CHAOS_FRACTION = 1e-3  # of the motion: a larger floor is no longer rounding
 
 FAILED = "runs from starts moved by rounding fail"
 CHAOS = "rounding has grown to more than a thousandth of the motion"
@@ -36,13 +36,14 @@ class Bound:
     Attributes
     ----------
     floor
-        what rounding is measured to move; infinite where a run failed
+        largest measured difference by rounding; infinite where a run failed
     factor
-        floors that hold the tail; NaN where a run failed
+        ratio of the bound to the floor; NaN where a run failed
     median
-        of the differences, none taken as less than FEWEST_ULPS ulp; NaN where a run failed
+        median of the differences, of which each counts as at least FEWEST_ULPS ulp; NaN where a run
+        failed
     reason
-        why there is no bound; "" where there is one
+        reason why there is no bound; "" where there is one
     """
 
     floor: float
@@ -52,22 +53,22 @@ class Bound:
 
     @property
     def value(self) -> float:
-        """The bound, NaN for none."""
+        """The bound; NaN where there is none."""
         return math.nan if self.reason else self.factor * self.floor
 
 
 def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
-    """The bound that runs which differ by rounding alone keep, and a fault of FLOORS floors does
-    not.
+    """The bound that holds for runs which differ by rounding alone, and not for a fault of
+    CHANGE_FLOORS floors.
 
     Parameters
     ----------
     differences : array, shape (runs,)
-        the largest of an entry of each run from the plain one
+        largest difference of an entry of each run from the plain run
     ulp
-        of the size of the quantity; differences below FEWEST_ULPS are taken as these
+        ulp of the size of the quantity; differences below FEWEST_ULPS ulp count as that many
     motion
-        how far the quantity moves; 0 where that is unknown
+        extent of the quantity's motion; 0 where that is unknown
 
     Notes
     -----
@@ -77,10 +78,12 @@ def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
         return Bound(math.inf, math.nan, math.nan, FAILED)
     smallest = max(FEWEST_ULPS * ulp, float(np.finfo(float).tiny))
     median, upper, floor = np.quantile(
-        np.maximum(differences, smallest), (0.5, UPPER, 1.0)
+        np.maximum(differences, smallest), (0.5, UPPER_QUANTILE, 1.0)
     ).tolist()
-    exponent = math.log(upper / median) * DEVIATIONS / NormalDist().inv_cdf(UPPER)
-    factor = max(FEWEST_FLOORS, math.exp(min(math.log(median / floor) + exponent, LARGEST)))
-    if motion and floor > max(CHAOS_SHARE * motion, smallest):
+    exponent = math.log(upper / median) * TAIL_DEVIATIONS / NormalDist().inv_cdf(UPPER_QUANTILE)
+    factor = max(
+        FEWEST_FLOORS, math.exp(min(math.log(median / floor) + exponent, LARGEST_LOGARITHM))
+    )
+    if motion and floor > max(CHAOS_FRACTION * motion, smallest):
         return Bound(floor, factor, median, CHAOS)
     return Bound(floor, factor, median, SPREAD if factor > MOST_FLOORS else "")

@@ -1,4 +1,4 @@
-"""A user's own run, as its engine does it: in this environment, or in that of another release."""
+"""A user's own run by its engine, in this environment or in that of another release."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.applications.judging import bodies, trees
 from benchmarks.applications.judging.candidate import Model
-from benchmarks.store.isolated_environment import finished
+from benchmarks.store.isolated_environment import output_of
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop import from_mujoco, rebound
@@ -25,7 +25,7 @@ from references.rebound import own_simulation
 from references.rebound.users import defaults
 
 SAMPLES = 10  # times at which a run is compared
-OWN = ("integrator", "dt")  # what is no option of the integrator
+RUN_KEYS = ("integrator", "dt")  # keys of a user's run that are not options of the integrator
 OPTIONS_OF = {name: OPTIONS[name] for name in bodies.INTEGRATORS}
 
 
@@ -36,13 +36,13 @@ class Motion:
     Attributes
     ----------
     positions, velocities : array, shape (saved, n)
-        after the start; rows past a failure are NaN
+        states after the start; rows past a failure are NaN
     energy, kinetic : array, shape (saved,)
-        the whole energy, and the kinetic part of it
+        total and kinetic energy
     failure
-        one sentence, "" where it came to its end
+        a sentence on a failure; "" where the run reached its end
     steps_taken
-        that REBOUND counted
+        number of steps that REBOUND counted; 0 for MuJoCo
     """
 
     positions: Array
@@ -79,15 +79,15 @@ class OwnRun:
     package
         the engine's name on the package index
     program, job
-        what is run in an environment, and what it reads: see the program
+        program that runs in an environment, and its input, see the program
     positions, velocities : array, shape (n,)
         the start, in the engine's coordinates
     integrator, step
-        the user's; the step is None where the integrator chooses it
+        the user's integrator, and its step; None where the integrator chooses its steps
     duration
-        a multiple of SAMPLES steps, at whose equal parts it is compared
+        duration, of a multiple of SAMPLES steps where these are equal
     model, unread
-        as `judge` reads it, None where it cannot; then a sentence why
+        the model as `judge` reads it and ""; None and the reason where it cannot be read
     """
 
     package: str
@@ -115,8 +115,8 @@ class OwnRun:
     def request(
         self, positions: Array | None = None, velocities: Array | None = None, steps: int = 0
     ) -> dict[str, Any]:
-        """A run of the job; positions, velocities and steps (a multiple of SAMPLES) replace the
-        user's."""
+        """The request of a run, as in the program; positions, velocities and the number of steps (a
+        multiple of SAMPLES), where passed, replace the user's."""
         start = self._start(
             self.positions if positions is None else positions,
             self.velocities if velocities is None else velocities,
@@ -144,28 +144,28 @@ class OwnRun:
         environment: Mapping[str, str] | None = None,
         threads: int = 1,
     ) -> Answer:
-        """The engine's answer, in a process of its own.
+        """Run the program in a process of its own and return the engine's answer.
 
         Parameters
         ----------
         runs, states
-            see `request`
+            requests, see `request`
         python
             the interpreter of the environment with the release
         environment
-            variables that are set besides
+            further environment variables
         threads
-            in which MuJoCo's runs are done at once
+            number of threads that share MuJoCo's runs
 
         Raises
         ------
-        NotHere
+        EnvironmentUnavailable
             Where the program fails.
         """
         job = {**self.job, "runs": list(runs), "threads": threads}
         starts = [state if self.package == "mujoco" else state["particles"] for state in states]
         command = [str(python), "-I", str(self.program)]
-        reply = json.loads(finished(command, json.dumps({**job, "states": starts}), environment))
+        reply = json.loads(output_of(command, json.dumps({**job, "states": starts}), environment))
         return Answer(
             f"{self.package} {reply['release']}",
             tuple(self._motion(run) for run in reply["runs"]),
@@ -192,7 +192,7 @@ class OwnRun:
 
 
 def _filled(rows: Sequence[Any], count: int, size: int) -> Array:
-    """The rows, and NaN after them."""
+    """The rows, padded with rows of NaN to the shape (count, size)."""
     values = np.full((count, size), np.nan)
     if len(rows):
         values[: len(rows)] = rows
@@ -205,12 +205,12 @@ def read_own_run(file: Path, request: JudgeRequest) -> OwnRun:
     Parameters
     ----------
     request
-        duration, the own integrator and its step, and the start, as `judge` has them
+        duration, integrator and step of the user, and the start, as for `judge`
 
     Raises
     ------
     ValueError, FileNotFoundError, ImportError, RuntimeError
-        For what cannot be run, in a sentence.
+        With a sentence, where the run cannot be read or repeated.
     """
     return (
         _of_mujoco(file, request) if file.suffix in MODEL_SUFFIXES else _of_rebound(file, request)
@@ -234,15 +234,15 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
     if step is not None and step < 0.0:
         raise ValueError(f"own dt of a MuJoCo model must be positive; received {step:g}.")
     job["integrator"] = integrator
-    span = trees.DURATION if request.duration is None else request.duration
+    span = trees.DEFAULT_DURATION if request.duration is None else request.duration
     duration, step = _in_full_steps(trees.span(span, 0.0), step)
     start = own_model.at_start(model, job)
     try:
         start_options = request.key, request.qpos, request.qvel, request.ctrl
-        read, unread = Model(*from_mujoco.read(model, (), *start_options)), ""
+        model_read, unread = Model(*from_mujoco.read(model, (), *start_options)), ""
     except ValueError as error:
         lines = str(error).partition("\nLeave them out")[0].splitlines()
-        read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
+        model_read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
     return OwnRun(
         "mujoco",
         Path(own_model.__file__),
@@ -252,7 +252,7 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         integrator,
         step,
         duration,
-        read,
+        model_read,
         unread,
     )
 
@@ -267,16 +267,18 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
         raise ValueError("forces of REBOUNDx cannot be run in other releases; leave --extras out.")
     problem, sim = rebound.read(file, request.snapshot)
     if problem.q0.shape[1] != 3:
-        raise ValueError("a simulation must have three dimensions.")
+        raise ValueError(
+            f"a simulation must have three dimensions; received {problem.q0.shape[1]}."
+        )
     parameters = problem.parameters
     integrator, step = _integrator_and_step(
         request, parameters["integrator"], parameters.get("dt"), OPTIONS_OF
     )
     integrator = integrator.lower()
     options = {**parameters.get("options", {})} if integrator == parameters["integrator"] else {}
-    usual = defaults(integrator)  # of this release: the others have theirs
+    usual = defaults(integrator)  # of the installed release; those of other releases may differ
     options = {name: value for name, value in options.items() if usual.get(name) != value}
-    options |= {name: value for name, value in request.own.items() if name not in OWN}
+    options |= {name: value for name, value in request.own.items() if name not in RUN_KEYS}
     span = bodies.default_duration(problem) if request.duration is None else request.duration
     input_checks.positive("duration", abs(span))
     duration, step = (span, None) if integrator in bodies.ADAPTIVE else _in_full_steps(span, step)
@@ -309,8 +311,10 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
 
 
 def _settings(sim: Any) -> dict[str, Any]:
-    """Settings of a simulation that change its run besides integrator, step and particles; `read`
-    refuses all others."""
+    """Settings of a simulation, besides integrator, step and particles, that change its run.
+
+    ValueError for gravity by a tree; `read` refuses all other settings.
+    """
     if sim.gravity == "tree":
         raise ValueError(
             "gravity by a tree cannot be run from its particles alone; set sim.gravity = 'basic'."
@@ -335,7 +339,7 @@ def _integrator_and_step(
     Raises
     ------
     ValueError
-        For an integrator that is not among them, and an option that it does not have.
+        For an integrator that is not in `options_of`, and for an option that it does not have.
     """
     name = str(request.own.get("integrator", integrator))
     if name.lower() not in options_of:
@@ -343,10 +347,10 @@ def _integrator_and_step(
             f"own integrator must be one of {', '.join(options_of)}; received {name!r}."
         )
     options = options_of[name.lower()]
-    wrong = [option for option in request.own if option not in (*OWN, *options)]
+    wrong = [option for option in request.own if option not in (*RUN_KEYS, *options)]
     if wrong:
         raise ValueError(
-            f"options of your run must be among {', '.join((*OWN, *options))} with {name}; "
+            f"options of your run must be among {', '.join((*RUN_KEYS, *options))} with {name}; "
             f"received {wrong[0]!r}."
         )
     dt = request.own.get("dt", step)
@@ -355,9 +359,9 @@ def _integrator_and_step(
 
 def _in_full_steps(duration: float, step: float | None) -> tuple[float, float]:
     """The duration, lengthened to a multiple of SAMPLES steps, and the step; both are negative
-    where one of them is."""
+    where one of them is. ValueError for a step that is missing or 0, and for a duration of 0."""
     if not step:
-        raise ValueError("the step must not be 0; give --own dt=STEP.")
+        raise ValueError(f"the step must not be 0 or missing; received {step}. Give --own dt=STEP.")
     steps = input_checks.positive("duration", abs(duration)) / abs(step)
     count = SAMPLES * max(1, math.ceil(round(steps, 9) / SAMPLES))
     step = -abs(step) if duration < 0.0 else step

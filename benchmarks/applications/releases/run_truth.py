@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.applications.judging.candidate import Kind, Model
-from benchmarks.applications.judging.judgement import LOST_SHARE, kind_of, own_setting
+from benchmarks.applications.judging.judgement import LOST_FRACTION, kind_of, own_setting
 from benchmarks.applications.judging.truth import states_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from galvi import Trajectory
@@ -16,16 +16,17 @@ from galvi.systems.lagrangian import momentum_at
 
 @dataclass(frozen=True, eq=False)
 class RunTruth:
-    """States at the times at which a run is compared.
+    """The true states at the times at which a run is compared.
 
     Attributes
     ----------
     trajectory
-        of the best source, after the start
+        states of the best source, after the start
     source, confirmed_by
         labels of the best source and of the second one; "" where no second one reaches the end
     disagreement
-        the largest distance of a part of the model between the two; NaN without a second one
+        largest distance of a part of the model between the two at any time; NaN without a second
+        one
     """
 
     kind: Kind
@@ -35,7 +36,7 @@ class RunTruth:
     disagreement: float
 
     def error(self, motion: Motion) -> float:
-        """The largest distance of a part of the model from its true place, at any sample."""
+        """The largest distance of a part of the model from its true position, at any sample."""
         truth, system = self.trajectory, self.trajectory.problem.system
         if hasattr(system, "from_mujoco"):
             q, v = system.from_mujoco(motion.positions, motion.velocities)
@@ -48,7 +49,7 @@ class RunTruth:
 
 
 def truth_of(run: OwnRun) -> tuple[RunTruth | None, str]:
-    """The truth, and a sentence why there is none, or ""."""
+    """The truth and ""; None and the reason, as a sentence, where there is none."""
     if run.model is None:
         return None, f"There is no truth to compare with: {run.unread}"
     try:
@@ -66,7 +67,7 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     sources = [
         candidate
         for candidate in kind.sources(model, run.duration, user_setting)
-        if not candidate.opinion
+        if not candidate.is_galvi
     ]
     reached = []
     for source in sources:
@@ -82,7 +83,7 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     if len(reached) == 1:
         return RunTruth(kind, truth, label, "", float("nan"))
     disagreement = float(np.max(kind.errors(confirming, truth)))
-    if not disagreement < LOST_SHARE * kind.size(truth):
+    if not disagreement < LOST_FRACTION * kind.size(truth):
         raise ValueError(
             f"its sources, {label} and {confirmed_by}, part by {disagreement:.3g}. Take a shorter "
             "--duration."

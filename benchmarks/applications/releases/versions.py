@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import FLOORS, Behaviour, Questions
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS, Behaviour, ReleaseQuestions
 from benchmarks.applications.releases.own_run import OwnRun
 from benchmarks.applications.releases.requirements import (
     RANGE,
@@ -20,27 +20,30 @@ from benchmarks.applications.releases.requirements import (
     listed,
 )
 from benchmarks.applications.releases.run_truth import RunTruth, truth_of
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.arrays import Array
 
-ORDER_CHANGE = 0.5  # by which orders differ that are not the same
-OF_ONE_RELEASE = (".mjb", ".mjz")  # compiled models, and archives that older releases cannot read
+ORDER_CHANGE = 0.5  # orders that differ by more are not the same
+# compiled models, and archives that older releases cannot read
+ONE_RELEASE_SUFFIXES = (".mjb", ".mjz")
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The largest difference of a quantity between two releases, of its changes if there are any.
+    """The largest difference of a quantity between two releases; of differences that are changes,
+    if there are any.
 
     Attributes
     ----------
     quantity
         positions, velocities, energy, accelerations
     sample
-        number of the row, from 0
+        index of the row
     size, relative
-        the largest of an entry, and that relative to the largest entry of the earlier release
+        largest difference of an entry, and its ratio to the row's largest entry in the earlier
+        release
     floors
-        in units of the floor
+        the difference in units of the floor
     """
 
     quantity: str
@@ -51,20 +54,20 @@ class Difference:
 
     @property
     def is_change(self) -> bool:
-        """Whether it is more than rounding."""
-        return self.floors > FLOORS
+        """Whether it is larger than CHANGE_FLOORS floors."""
+        return self.floors > CHANGE_FLOORS
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """From one release to the next."""
+    """The step from one release to the next."""
 
     earlier: Behaviour
     later: Behaviour
 
     @property
     def differences(self) -> list[Difference]:
-        """The difference of each quantity; none where one of the two fails."""
+        """The largest difference of each quantity; empty where the run fails in a release."""
         before, after = self.earlier.quantities, self.later.quantities
         if before is None or after is None:
             return []
@@ -80,7 +83,7 @@ class Step:
 
     @property
     def order_changed(self) -> bool:
-        """Whether both show an order and the orders differ."""
+        """Whether both show an order and the orders differ by more than ORDER_CHANGE."""
         return abs(self.earlier.order - self.later.order) > ORDER_CHANGE
 
     @property
@@ -90,7 +93,7 @@ class Step:
 
     @property
     def changed(self) -> bool:
-        """Whether the run changed; a changed order, of other steps, does not count alone."""
+        """Whether the run changed; the order, measured at other steps, does not count."""
         return self.failure_changed or any(difference.is_change for difference in self.differences)
 
 
@@ -98,7 +101,7 @@ def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Di
     sizes = np.abs(after - before).max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.where(sizes > 0.0, sizes / floors, 0.0)
-    above = ratios > FLOORS
+    above = ratios > CHANGE_FLOORS
     k = int(np.argmax(np.where(above, sizes, 0.0) if above.any() else sizes))
     scale = float(np.abs(before[k]).max())
     relative = sizes[k] / scale if scale else sizes[k]
@@ -112,15 +115,15 @@ class Versions:
     Attributes
     ----------
     behaviours
-        by version, oldest first, also those that are missing
+        behaviours by version, oldest first, including missing ones
     truth
-        None where there is none; then ``without`` is a sentence why
+        the truth of the run; None where there is none, for the `reason_without_truth`
     """
 
     run: OwnRun
     behaviours: dict[str, Behaviour]
     truth: RunTruth | None
-    without: str = ""
+    reason_without_truth: str = ""
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -130,7 +133,7 @@ class Versions:
 
     @property
     def steps(self) -> list[Step]:
-        """Between each release that is not missing and the next."""
+        """The steps between successive releases that are not missing."""
         present = [behaviour for behaviour in self.behaviours.values() if not behaviour.missing]
         return [Step(*pair) for pair in pairwise(present)]
 
@@ -153,20 +156,20 @@ def compare_releases(
     Parameters
     ----------
     halved
-        whether releases between the first and the last of them are tried too, so that each change
-        is between neighbours
+        whether further releases between the first and the last are run, by bisection, so that each
+        change is between neighbours
     folder
-        in which environments are made, one after the other, and removed
+        folder in which environments are made, one after the other, and removed
 
     Raises
     ------
     ValueError
         Where fewer than two releases can do it, or the file is of one release only.
-    NotHere
+    EnvironmentUnavailable
         Where the installed release cannot do it.
     """
     file = Path(run.job.get("file", ""))
-    if file.suffix in OF_ONE_RELEASE:
+    if file.suffix in ONE_RELEASE_SUFFIXES:
         raise ValueError(
             f"other releases cannot read {file.name}, which holds what one of them compiled; give "
             f"the .xml or .urdf that it was made from."
@@ -175,7 +178,7 @@ def compare_releases(
     if len(all_versions) < 2:
         raise ValueError(f"name a release besides the installed one, {all_versions[0]}.")
     report(f"{run.package} {installed(run.package)}: your run")
-    questions = Questions.of(run)
+    questions = ReleaseQuestions.of(run)
     behaviours: dict[str, Behaviour] = {}
 
     def behaviour_of(version: str) -> Behaviour:
@@ -204,20 +207,22 @@ def compare_releases(
     return compared
 
 
-def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
+def _behaviour(questions: ReleaseQuestions, version: str, folder: Path) -> Behaviour:
     """The behaviour of a release, or the reason why it is missing."""
     try:
         with interpreter(questions.run.package, version, folder) as python:
-            return questions.answered(version, python)
-    except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
+            return questions.behaviour_of(version, python)
+    except (EnvironmentUnavailable, ValueError) as error:  # ValueError: other coordinates, no JSON
         return Behaviour(version, " ".join(str(error).split()))
 
 
 def _halve(
     package: str, ends: Sequence[str], behaviour_of: Callable[[str], Behaviour]
 ) -> list[str]:
-    """Try releases between the two, until each change is between neighbours that can be tried;
-    returns a note where an end is missing, so that there is nothing to halve."""
+    """Run releases between the two ends until each change is between neighbours that can be run.
+
+    Returns no notes, or one where an end is missing, so that there is nothing to halve.
+    """
     earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
     missing = [behaviour for behaviour in (earlier, later) if behaviour.missing]
     if missing:

@@ -51,7 +51,7 @@ class Iteration:
     def limit(self, oscillator: NonlinearOscillator) -> float:
         """The step at which the norm of a pass's derivative reaches 1, at random places and where
         |V''| is K."""
-        curvatures = oscillator.curvature(oscillator.places(len(self.places)))
+        curvatures = oscillator.curvature(oscillator.sample_positions(len(self.places)))
         norms = [np.linalg.norm(self.pull * bend @ self.places, self.norm) for bend in curvatures]
         return float(max(norms)) ** -0.5 if any(norms) else math.inf
 

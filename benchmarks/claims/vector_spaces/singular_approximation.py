@@ -22,7 +22,7 @@ import numpy as np
 from scipy.special import eval_jacobi, gammaln
 
 from benchmarks.claims.kit import Array, Trajectory
-from benchmarks.measures.best_approximation import Motion, error_at, misses
+from benchmarks.measures.best_approximation import Motion, error_at, residual_norms
 from benchmarks.measures.independent_space import gauss_points
 
 gauss_once = lru_cache(maxsize=64)(gauss_points)
@@ -69,7 +69,9 @@ def quadrature_error(
 ) -> float:
     """As `closed_errors`, for one degree and any motion, by quadrature graded towards t*."""
     t, w = graded_nodes(singularity, start, stop, GRADE * degree + 60)
-    return float(misses(motion, t[None], w[None], np.array([start]), np.array([stop]), degree)[0])
+    return float(
+        residual_norms(motion, t[None], w[None], np.array([start]), np.array([stop]), degree)[0]
+    )
 
 
 def path_error(run: Trajectory, motion: Motion, singularity: float) -> float:

@@ -9,16 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.brownout.cloud import BY_REYNOLDS, CONSTANT, DIAMETERS, UNTIL, Cloud
-from benchmarks.applications.brownout.cost_at import over
-from benchmarks.applications.brownout.emission import LEVEL, friction_speed
+from benchmarks.applications.brownout.cloud import (
+    CONSTANT_DRAG,
+    DIAMETERS,
+    END_TIME,
+    REYNOLDS_DRAG,
+    Cloud,
+)
+from benchmarks.applications.brownout.cost_at import ratio_of
+from benchmarks.applications.brownout.emission import WALL_HEIGHT, friction_speed
 from benchmarks.applications.brownout.flights import ALOFT, LANDED, WAITING, Flights, Ground
 from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT
 from benchmarks.applications.brownout.step_errors import (
-    COMPARED,
-    OF_STEP,
+    COMPARED_STEPS,
     SAMPLING,
-    TOO_LONG,
+    STEP_ERROR,
+    TOO_FEW_STEPS,
     UNSOLVED,
     compared,
     cost_of,
@@ -95,11 +101,13 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str, Any]]:
     """Distances to the truth, and whether the right grains are on the ground in the end."""
     table, grains = [], np.arange(30 if quick else 100)
-    clouds = [(law, Cloud(d, law, grains)) for law in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
+    clouds = [
+        (law, Cloud(d, law, grains)) for law in (CONSTANT_DRAG, REYNOLDS_DRAG) for d in DIAMETERS
+    ]
     for name, cloud in (*clouds, (REBOUND, Cloud(200e-6, grains=grains, ground=GROUNDS[REBOUND]))):
         report(f"{name}, {in_micrometres(cloud.diameter)}")
         truth = landings(
-            *(cloud.problem, *cloud.starts(), UNTIL),
+            *(cloud.problem, *cloud.starts(), END_TIME),
             restitution=cloud.ground.restitution,
             slowest=cloud.ground.slowest,
         )
@@ -110,7 +118,7 @@ def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str
                 ERROR: float(np.median(np.linalg.norm(run.q - truth.q, axis=1))),
                 FATES: float(np.sum((run.status == LANDED) != truth.landed)),
             }
-            where = {"n": s + 1, "step": UNTIL / steps, "steps": steps}
+            where = {"n": s + 1, "step": END_TIME / steps, "steps": steps}
             table += rows(values, study=name, label=in_micrometres(cloud.diameter), **where)
     return table
 
@@ -144,7 +152,7 @@ def places(make_method: MakeMethod) -> list[dict[str, Any]]:
         cloud = Cloud(diameter, grains=np.arange(PICTURED) + k * PICTURED)
         run = cloud.flights(collocation(make_method, 2), 384, saves=FRAMES)
         for part in range(FRAMES + 1):
-            t = UNTIL * part / FRAMES
+            t = END_TIME * part / FRAMES
             for name, count in ((SHOWN, PICTURED * (t in TIMES)), (MOVING, IN_MOTION)):
                 q = run.places[:count, part]
                 flying = q[np.isfinite(q[:, 0]) & (q[:, 2] > 0.0)]
@@ -156,8 +164,8 @@ def places(make_method: MakeMethod) -> list[dict[str, Any]]:
 def thrown() -> float:
     """The height that no grain reaches without a rising wind [m]: of the layer in which it enters,
     and of a throw with its speed."""
-    r, t = np.linspace(0.5, 20.0, 400)[:, None], np.linspace(0.0, UNTIL, 100)[None, :]
-    return float(LEVEL + np.max(friction_speed(r, t)) ** 2 / (2.0 * GRAVITY))
+    r, t = np.linspace(0.5, 20.0, 400)[:, None], np.linspace(0.0, END_TIME, 100)[None, :]
+    return float(WALL_HEIGHT + np.max(friction_speed(r, t)) ** 2 / (2.0 * GRAVITY))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
@@ -171,27 +179,27 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         error, uncertainty = (
             number(table, study=HEIGHT, quantity=quantity, n=s + 1, steps=steps)
             / sampling_error(table, HEIGHT, 1e6)
-            for quantity in (OF_STEP, OWN)
+            for quantity in (STEP_ERROR, OWN)
         )
         return Estimate(abs(error), uncertainty)
 
     def gain(grains: float) -> Estimate:
         level = sampling_error(table, HEIGHT, grains)
-        first, *higher = (cost_of(table, HEIGHT, s, level) for s in COMPARED)
-        return over(first, min(higher, key=lambda cost: np.nan_to_num(cost.value, nan=np.inf)))
+        first, *higher = (cost_of(table, HEIGHT, s, level) for s in COMPARED_STEPS)
+        return ratio_of(first, min(higher, key=lambda cost: np.nan_to_num(cost.value, nan=np.inf)))
 
     fates = pick(table, quantity=FATES)
     error, uncertainty = (
         pick(table, study=DEPTH, quantity=quantity).set_index(["n", "steps"])["value"]
-        for quantity in (OF_STEP, OWN)
+        for quantity in (STEP_ERROR, OWN)
     )
     limit = readings.largest((abs(error) + 2.0 * uncertainty).to_numpy())
-    sampled = f"{OF_STEP} over the {SAMPLING} of"
-    cost = f"evaluations with N = 1 over those of the cheapest higher N, for an {OF_STEP}"
+    sampled = f"{STEP_ERROR} over the {SAMPLING} of"
+    cost = f"evaluations with N = 1 over those of the cheapest higher N, for an {STEP_ERROR}"
     cases = [
-        *product((CONSTANT, BY_REYNOLDS), (200, 400), (1, 2)),
+        *product((CONSTANT_DRAG, REYNOLDS_DRAG), (200, 400), (1, 2)),
         *product([REBOUND], [200], (1, 2)),
-        *product([BY_REYNOLDS], (10, 50, 100), [2]),
+        *product([REYNOLDS_DRAG], (10, 50, 100), [2]),
     ]
     return {
         "thrown": thrown(),
@@ -211,7 +219,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
             pick(fates, steps=fates["steps"].max(), n=3)["value"].sum(min_count=1)
         ),
         f"{UNSOLVED}, all runs compared": sum(unsolved(*case) for case in compared()),
-        **{f"{UNSOLVED}, N = {s}, {k} steps": unsolved(s, k) for s, k in TOO_LONG.items()},
+        **{f"{UNSOLVED}, N = {s}, {k} steps": unsolved(s, k) for s, k in TOO_FEW_STEPS.items()},
         **{
             name: Estimate(number(table, study=name, quantity=name), sampling_error(table, name))
             for name in (DEPTH, HEIGHT)

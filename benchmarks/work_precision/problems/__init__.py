@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems.arms import brownout, floating_arm, skew_arm
-from benchmarks.work_precision.problems.encounters import MET, NOT_QUICK
+from benchmarks.work_precision.problems.encounters import ENCOUNTERS, NOT_IN_QUICK
 from benchmarks.work_precision.problems.pendulums import (
     double_pendulum,
     elastic_pendulum,
@@ -44,10 +44,10 @@ PROBLEMS = (
     brownout,
     skew_arm,
     floating_arm,
-    *MET,
+    *ENCOUNTERS,
 )
 # The planets of outer_solar_system, with other masses and states; and most encounters.
-NOT_IN_QUICK = (applegate, *NOT_QUICK)
+NOT_IN_QUICK = (applegate, *NOT_IN_QUICK)
 
 
 def work_precision_problems(quick: bool) -> tuple[WorkPrecisionProblem, ...]:

@@ -40,35 +40,35 @@ class Case(NamedTuple):
     Attributes
     ----------
     maps
-        steps of TRACE and MERCURIUS, in its unit of time; none where no mass dominates
+        steps of TRACE and MERCURIUS, in the problem's unit of time; () where no mass dominates
     share
-        of the stored truth's time that is run
+        fraction of the stored truth's duration that is run
     loose
-        whether DOP853, far behind, runs at its loosest tolerance alone, as that takes a second
+        whether DOP853, which is far slower, runs at its loosest tolerance alone
     """
 
-    maps: tuple[float, ...] = ()
-    share: float = 1.0
-    loose: bool = False
+    map_steps: tuple[float, ...] = ()
+    duration_fraction: float = 1.0
+    only_loose_dop853: bool = False
 
 
-UNROLLED = 8  # bodies: heyoka takes minutes to compile the unrolled equations of 16
+MOST_UNROLLED_BODIES = 8  # bodies: heyoka takes minutes to compile the unrolled equations of 16
 STEPS = {8: (1.0, 0.8, 0.6, 0.4, 0.3), 12: (1.2, 0.8, 0.5), 16: (1.6, 1.2, 0.8)}  # tau, by degree
 CASES = {
     "burrau": Case(),
     "hd_80606": Case((0.1, 0.02), 0.2, True),
-    "kozai": Case(share=0.2, loose=True),
+    "kozai": Case(duration_fraction=0.2, only_loose_dop853=True),
     "binary_meets_star": Case(),
     "sixteen_stars": Case(),
-    "sitnikov": Case(share=0.2),
+    "sitnikov": Case(duration_fraction=0.2),
 }
 ECCENTRICITIES = (0.9, 0.99, 0.999, 0.9999)
 
 
 def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
     """A problem whose truth is stored, as it needs quadruple precision."""
-    (problem, full_duration), chosen = STORED[case], CASES[case]
-    duration = chosen.share * full_duration
+    (problem, full_duration), case_options = STORED[case], CASES[case]
+    duration = case_options.duration_fraction * full_duration
 
     def truth() -> Truth:
         stored = STORED_TRUTH.run(problem, duration, {"samples": 1})
@@ -77,7 +77,7 @@ def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
         text = f"{stored.method}; to the rounding of positions and times, {error:.0e}"
         return Truth(stored.q[-1], error, text)
 
-    maps = [fixed(duration, math.ceil(duration / step)) for step in chosen.maps]
+    maps = [fixed(duration, math.ceil(duration / step)) for step in case_options.map_steps]
     by_maps = (
         [
             Participant("REBOUND TRACE", TRACE, maps),
@@ -86,18 +86,18 @@ def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
         if maps
         else []
     )
-    return _case(problem, duration, by_maps, truth, quick, chosen.loose)
+    return _case(problem, duration, by_maps, truth, quick, case_options.only_loose_dop853)
 
 
 def eccentric(e: float, quick: bool) -> WorkPrecisionProblem:
     """Two bodies of masses 0.7 and 0.3 on an orbit of eccentricity e, a = 1."""
     distance, speed = 1.0 - e, math.sqrt((1.0 + e) / (1.0 - e))
     masses = np.array([0.7, 0.3])
-    share = np.array([[-masses[1]], [masses[0]]])
+    fractions = np.array([[-masses[1]], [masses[0]]])
     problem = Problem(
         NBody(masses),
-        share * [[distance, 0.0]],
-        share * [[0.0, speed]],
+        fractions * [[distance, 0.0]],
+        fractions * [[0.0, speed]],
         name=f"two bodies, e = {e:g}",
     )
     duration = REVOLUTIONS * math.tau
@@ -115,13 +115,13 @@ def _case(
     by_maps: Sequence[Participant],
     truth: Any,
     quick: bool,
-    loose: bool,
+    only_loose_dop853: bool,
 ) -> WorkPrecisionProblem:
     def once(**options: Any) -> Setting:
         return {"samples": 1, **options}
 
-    tolerances = (1e-9,) if quick or loose else (1e-9, 1e-12)
-    compact = {"compact_mode": True} if len(problem.q0) > UNROLLED else {}
+    tolerances = (1e-9,) if quick or only_loose_dop853 else (1e-9, 1e-12)
+    compact = {"compact_mode": True} if len(problem.q0) > MOST_UNROLLED_BODIES else {}
     taylor = [{**options, **compact} for options in (heyoka_taylor.DOUBLE, heyoka_taylor.BEST)]
     return WorkPrecisionProblem(
         problem,
@@ -157,8 +157,8 @@ def clock_label(stages: int) -> str:
     return f"galvi clock, Gauss {stages}"
 
 
-MET = (
+ENCOUNTERS = (
     *(partial(encounter, case) for case in CASES),
     *(partial(eccentric, e) for e in ECCENTRICITIES),
 )
-NOT_QUICK = tuple(make for make in MET if make.args[0] not in ("burrau", 0.99))
+NOT_IN_QUICK = tuple(make for make in ENCOUNTERS if make.args[0] not in ("burrau", 0.99))

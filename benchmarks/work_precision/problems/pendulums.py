@@ -6,7 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import galvi
-from benchmarks.work_precision.entries import MIDDLE, Entry, compared, galvi_entries, rounded
+from benchmarks.work_precision.entries import (
+    MIDDLE_VALUES,
+    Entry,
+    compared,
+    galvi_entries,
+    truth_to_rounding,
+)
 from benchmarks.work_precision.problem import ANGLE, COORDINATES, Truth, WorkPrecisionProblem
 from galvi import Problem
 from references import Contender
@@ -38,13 +44,13 @@ def chain(
     MuJoCo's discrete and implicitfast equal its Euler without damping, so they are omitted.
     """
     entries = [
-        *galvi_entries(counts, early=True),
+        *galvi_entries(counts, stops_early_too=True),
         Entry(MUJOCO_RK4, RK4_STEPS),
         *(Entry(contender, FIRST_ORDER_STEPS) for contender in (MUJOCO_EULER, MUJOCO_IMPLICIT)),
         Entry(CHAIN_DOP853, (1e-6, 1e-9, 1e-11)),
         Entry(HEYOKA_CHAIN, tolerances),
     ]
-    truth = rounded(STORED_CHAIN, problem, DURATION, "angles")
+    truth = truth_to_rounding(STORED_CHAIN, problem, DURATION, "angles")
     return compared(problem, DURATION, quick, entries, truth, quantity=ANGLE, net_time=True)
 
 
@@ -58,7 +64,7 @@ def on_coordinates(
     counts: Counts,
     peer: Contender,
     truth: Callable[[], Truth] | None = None,
-    **timed: Any,
+    **timing: Any,
 ) -> WorkPrecisionProblem:
     """galvi, heyoka and a DOP853; two settings of each when quick.
 
@@ -72,21 +78,21 @@ def on_coordinates(
         `repeated_run` or `net_time`
     """
     entries = [
-        *galvi_entries(counts, early=True, few=MIDDLE),
-        Entry(HEYOKA_LAGRANGIAN, TOLERANCES, few=MIDDLE),
-        Entry(peer, (1e-6, 1e-9, 1e-12), few=MIDDLE),
+        *galvi_entries(counts, stops_early_too=True, quick_values=MIDDLE_VALUES),
+        Entry(HEYOKA_LAGRANGIAN, TOLERANCES, quick_values=MIDDLE_VALUES),
+        Entry(peer, (1e-6, 1e-9, 1e-12), quick_values=MIDDLE_VALUES),
     ]
-    truth = truth or rounded(STORED_LAGRANGIAN, problem, duration, "coordinates")
-    return compared(problem, duration, quick, entries, truth, quantity=COORDINATES, **timed)
+    truth = truth or truth_to_rounding(STORED_LAGRANGIAN, problem, duration, "coordinates")
+    return compared(problem, duration, quick, entries, truth, quantity=COORDINATES, **timing)
 
 
-STEPS = {4: (200, 280, 400), 6: (140, 200), 8: (80, 100, 140, 200, 280), 12: (80, 100, 140)}
+DOUBLE_STEPS = {4: (200, 280, 400), 6: (140, 200), 8: (80, 100, 140, 200, 280), 12: (80, 100, 140)}
 DOUBLE_TOLERANCES = (1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 2.0**-52)
 
 
 def double_pendulum(quick: bool) -> WorkPrecisionProblem:
     """Two point masses on massless rods, from a chaotic start."""
-    return chain(galvi.problems.double_pendulum(), quick, STEPS, DOUBLE_TOLERANCES)
+    return chain(galvi.problems.double_pendulum(), quick, DOUBLE_STEPS, DOUBLE_TOLERANCES)
 
 
 RODS_STEPS = {4: (100, 140, 200), 6: (50, 70, 100, 140, 200), 8: (50, 70, 100, 140)}

@@ -35,12 +35,12 @@ from references.textbook.euler import STORMER_VERLET, SYMPLECTIC_EULER
 
 # Steps per period, plus a third, for Wisdom-Holman maps: up to where rounding limits WHFast on the
 # outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
-WISDOM = (10, 15, 20, 30, 60, 120, 240)
+WISDOM_HOLMAN_STEPS = (10, 15, 20, 30, 60, 120, 240)
 # For galvi, by its stages.
-AT_REST = {8: (4, 6, 8, 10, 12), 12: (2, 3, 4, 5, 8), 16: (1.5, 2, 2.5, 3, 4)}
+INERTIAL_STEPS = {8: (4, 6, 8, 10, 12), 12: (2, 3, 4, 5, 8), 16: (1.5, 2, 2.5, 3, 4)}
 # Stages and passes: with None energies do not drift; two are the fewest that are accurate, where
 # planets are a thousand times lighter than their star.
-IN_FRAME = {
+FRAME_STEPS = {
     (8, 2): (0.8, 1.1, 1.7, 3.2),
     (16, 2): (0.75, 0.85, 1.5, 1.9),
     (8, None): (1.4, 3.2, 4, 6, 8),
@@ -48,17 +48,17 @@ IN_FRAME = {
 }
 
 
-def _of_galvi(steps: Callable[..., list[Setting]]) -> Iterator[Participant]:
+def _galvi_participants(steps: Callable[..., list[Setting]]) -> Iterator[Participant]:
     """galvi's, at rest and in the Kepler frame; steps: numbers of steps a period -> settings."""
-    for s, per_period in AT_REST.items():
+    for s, per_period in INERTIAL_STEPS.items():
         yield Participant(galvi_label(s), gauss_collocation(s), steps(*per_period))
-    for (s, passes), per_period in IN_FRAME.items():
+    for (s, passes), per_period in FRAME_STEPS.items():
         method = gauss_collocation(s, KeplerFrame(passes=passes))
         yield Participant(frame_label(s, passes), method, steps(*per_period))
 
 
 def planets(
-    problem: Problem, duration: float, period: float, few: bool, extra: Sequence[Any]
+    problem: Problem, duration: float, period: float, few_settings: bool, extra: Sequence[Any]
 ) -> WorkPrecisionProblem:
     """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
 
@@ -89,44 +89,48 @@ def planets(
     def once(**options: Any) -> Setting:
         return {"samples": 1, **options}
 
-    def open_to(code: str, *per_period: float) -> list[Setting]:
-        named = list(PEERS[code].open.values())[: 1 if few else None]
+    def open_settings(code: str, *per_period: float) -> list[Setting]:
+        named = list(PEERS[code].open.values())[: 1 if few_settings else None]
         return [setting for options in named for setting in steps(*per_period, **options)]
 
     looser = [
         {**mode, "epsilon": epsilon}
         for mode, fine in ((ias15.DEFAULT, 1e-3), (ias15.GLOBAL, 1e-7))
-        for epsilon in ((1e-5,) if few else (1e-5, fine))
+        for epsilon in ((1e-5,) if few_settings else (1e-5, fine))
     ]
     taylor = [heyoka_taylor.DOUBLE, heyoka_taylor.BEST]
-    tolerances = () if few else (1e-6, 1e-9, 1e-12)
+    tolerances = () if few_settings else (1e-6, 1e-9, 1e-12)
     taylor += [{**heyoka_taylor.DOUBLE, "tolerance": tolerance} for tolerance in tolerances]
-    by_rebound = [
+    rebound_participants = [
         Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
-        Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
-        Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
+        Participant(
+            "REBOUND WHFast, best",
+            whfast.WHFAST,
+            open_settings("REBOUND WHFast", *WISDOM_HOLMAN_STEPS),
+        ),
+        Participant("REBOUND SABA", saba.SABA, open_settings("REBOUND SABA", 4, 7, 14)),
     ]
-    built: list[Participant] = []
+    native_participants: list[Participant] = []
     if not native.missing():
-        built = [
+        native_participants = [
             Participant(f"{label}, native", native.Native(contender), settings)
-            for label, contender, settings in by_rebound
+            for label, contender, settings in rebound_participants
         ]
     return WorkPrecisionProblem(
         problem,
         duration,
         (
-            *_of_galvi(steps),
-            by_rebound[0],
+            *_galvi_participants(steps),
+            rebound_participants[0],
             Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
             Participant(
                 "REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]
             ),
-            by_rebound[1],
+            rebound_participants[1],
             Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
-            by_rebound[2],
+            rebound_participants[2],
             Participant("REBOUND SABA, default", saba.SABA, steps(5, 20, **saba.DEFAULT)),
-            *built,
+            *native_participants,
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
             Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10))),
             *(
@@ -184,8 +188,8 @@ def kepler_orbit(quick: bool) -> WorkPrecisionProblem:
     return kepler(10 if quick else 100, quick)
 
 
-DURATION = 20.0  # more than three revolutions
-STEPS = {4: (40, 56, 80, 112), 6: (28, 40, 56, 80), 8: (24, 28, 40, 56), 12: (24, 28)}
+POLAR_DURATION = 20.0  # more than three revolutions
+POLAR_STEPS = {4: (40, 56, 80, 112), 6: (28, 40, 56, 80), 8: (24, 28, 40, 56), 12: (24, 28)}
 
 
 def kepler_polar(quick: bool) -> WorkPrecisionProblem:
@@ -197,13 +201,15 @@ def kepler_polar(quick: bool) -> WorkPrecisionProblem:
 
     def truth() -> Truth:
         orbit = galvi.problems.kepler(problem.parameters["eccentricity"])
-        x, y = KEPLER.run(orbit, DURATION, {"samples": 1}).q[-1].tolist()
+        x, y = KEPLER.run(orbit, POLAR_DURATION, {"samples": 1}).q[-1].tolist()
         # The mean anomaly, the time here, is within half a turn of the angle.
-        turns = round((DURATION - math.atan2(y, x)) / math.tau)
+        turns = round((POLAR_DURATION - math.atan2(y, x)) / math.tau)
         end = np.array([math.hypot(x, y), math.atan2(y, x) + turns * math.tau])
         return Truth(end, 2.0 * EPS * float(end.max()), KEPLER.name)
 
-    return on_coordinates(problem, DURATION, quick, STEPS, LAGRANGIAN_DOP853, truth, net_time=True)
+    return on_coordinates(
+        problem, POLAR_DURATION, quick, POLAR_STEPS, LAGRANGIAN_DOP853, truth, net_time=True
+    )
 
 
 def solar_system(quick: bool) -> WorkPrecisionProblem:
@@ -214,8 +220,13 @@ def solar_system(quick: bool) -> WorkPrecisionProblem:
         87.97,
         quick,
         (
-            ("REBOUND WHFast512", whfast512.WHFAST512, WISDOM, whfast512.BEST),
-            ("REBOUND WHFast512, default", whfast512.WHFAST512, WISDOM[3::2], whfast512.DEFAULT),
+            ("REBOUND WHFast512", whfast512.WHFAST512, WISDOM_HOLMAN_STEPS, whfast512.BEST),
+            (
+                "REBOUND WHFast512, default",
+                whfast512.WHFAST512,
+                WISDOM_HOLMAN_STEPS[3::2],
+                whfast512.DEFAULT,
+            ),
             ("Stormer-Verlet", STORMER_VERLET, (100, 300), {}),
             ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
         ),
@@ -236,14 +247,14 @@ def outer_solar_system(quick: bool) -> WorkPrecisionProblem:
     )
 
 
-FAR_BEHIND = ("2 passes", "SciPy")  # errors of 1e-2, the latter after seconds
+INACCURATE_LABELS = ("2 passes", "SciPy")  # errors of 1e-2, the latter after seconds
 
 
 def applegate(quick: bool) -> WorkPrecisionProblem:
     """Applegate's outer planets: 10,000 years of 365 days, or 1000 when quick.
 
-    The contenders of `outer_solar_system`, but for those FAR_BEHIND there, at the few settings of
-    its quick form: the same planets, with other masses and another start.
+    The contenders of `outer_solar_system`, but for those of INACCURATE_LABELS, at the few
+    settings of its quick form: the same planets, with other masses and another start.
     """
     case = planets(
         galvi.problems.applegate(),
@@ -258,6 +269,6 @@ def applegate(quick: bool) -> WorkPrecisionProblem:
     participants = [
         participant
         for participant in case.participants
-        if not any(word in participant.label for word in FAR_BEHIND)
+        if not any(word in participant.label for word in INACCURATE_LABELS)
     ]
     return replace(case, participants=tuple(participants))

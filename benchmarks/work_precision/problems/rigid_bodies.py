@@ -7,12 +7,12 @@ from typing import Any
 
 import galvi
 from benchmarks.work_precision.entries import (
-    MIDDLE,
+    MIDDLE_VALUES,
     Entry,
     compared,
     galvi_entries,
     general_kernel,
-    rounded,
+    truth_to_rounding,
 )
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.problem import ATTITUDE, MOTION, WorkPrecisionProblem, galvi_label
@@ -35,14 +35,20 @@ from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
 
 Counts = Mapping[int, Sequence[int]]  # degree: numbers of galvi's steps
 DURATION = 20.0
-MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
+MUJOCO_CONTENDERS = (
+    MUJOCO_EULER,
+    MUJOCO_RK4,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_DISCRETE,
+)
 TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
 # MuJoCo's and the textbook's, to compare their steps, one of which is MuJoCo's default.
 RK4_STEPS = (100, 400, 1600, 6400, round(DURATION / DEFAULT_STEP), 25_600)
 FIRST_ORDER_STEPS = (1000, 6000, 36_000)
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11, 1e-13)  # of heyoka
-EARLY = 8  # greatest degree whose iterations are stopped early too
-SOME = slice(1, 4, 2)
+HIGHEST_EARLY_DEGREE = 8  # greatest degree whose iterations are stopped early too
+QUICK_VALUES = slice(1, 4, 2)
 
 
 def rigid_body(
@@ -51,10 +57,10 @@ def rigid_body(
     counts: Counts,
     truth: Contender = STORED_ATTITUDE,
     more_points: Counts | None = None,
-    brief: bool = False,
-    longer: Counts | None = None,
+    few_contenders: bool = False,
+    longer_steps: Counts | None = None,
 ) -> WorkPrecisionProblem:
-    """Everyone on one body; a few settings of each when quick.
+    """All contenders on one body; a few settings of each when quick.
 
     Parameters
     ----------
@@ -63,24 +69,25 @@ def rigid_body(
     more_points
         the same with one point more, H's n points for n functions, in Cayley's chart
     longer
-        more numbers of steps, fewer, for the chart of modified Rodrigues parameters alone
+        further, smaller numbers of steps for the chart of modified Rodrigues parameters
     brief
         Cayley's chart, MuJoCo's RK4, the compiled DOP853 and heyoka alone
     """
 
     def counts_of(chart: Any, degree: int) -> Sequence[int]:
-        reaches = isinstance(chart, galvi.ModifiedRodrigues)
-        return (*((longer or {}).get(degree, ()) if reaches else ()), *counts[degree])
+        is_rodrigues = isinstance(chart, galvi.ModifiedRodrigues)
+        return (*((longer_steps or {}).get(degree, ()) if is_rodrigues else ()), *counts[degree])
 
     entries = [
         Entry(
             gauss_collocation(degree, chart),
             counts_of(chart, degree),
             f"{galvi_label(degree)}, {chart.name}",
-            SOME,
-            early=degree <= EARLY and not isinstance(chart, galvi.Exponential),
+            QUICK_VALUES,
+            stops_early_too=degree <= HIGHEST_EARLY_DEGREE
+            and not isinstance(chart, galvi.Exponential),
         )
-        for chart in (CHARTS[:1] if brief else CHARTS)
+        for chart in (CHARTS[:1] if few_contenders else CHARTS)
         for degree in counts
     ]
     entries += [
@@ -88,25 +95,29 @@ def rigid_body(
             Variational(galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))),
             steps,
             f"galvi degree {degree}, Gauss {degree + 1}, Cayley",
-            SOME,
-            early=degree <= EARLY,
+            QUICK_VALUES,
+            stops_early_too=degree <= HIGHEST_EARLY_DEGREE,
         )
         for degree, steps in (more_points or {}).items()
     ]
     entries += [
         *(
-            Entry(contender, RK4_STEPS if contender is MUJOCO_RK4 else FIRST_ORDER_STEPS, few=SOME)
-            for contender in ((MUJOCO_RK4,) if brief else MUJOCO)
+            Entry(
+                contender,
+                RK4_STEPS if contender is MUJOCO_RK4 else FIRST_ORDER_STEPS,
+                quick_values=QUICK_VALUES,
+            )
+            for contender in ((MUJOCO_RK4,) if few_contenders else MUJOCO_CONTENDERS)
         ),
-        Entry(QUATERNION_DOP853, (1e-5, 1e-8, 1e-11, 1e-13, 1e-15), few=MIDDLE),
-        Entry(HEYOKA_RIGID, TOLERANCES, few=MIDDLE),
+        Entry(QUATERNION_DOP853, (1e-5, 1e-8, 1e-11, 1e-13, 1e-15), quick_values=MIDDLE_VALUES),
+        Entry(HEYOKA_RIGID, TOLERANCES, quick_values=MIDDLE_VALUES),
     ]
-    if not brief:
+    if not few_contenders:
         entries += [
-            Entry(QUATERNION_RK4, RK4_STEPS, few=SOME),
-            Entry(RIGID_DOP853, (1e-6, 1e-9, 1e-12), few=MIDDLE),
+            Entry(QUATERNION_RK4, RK4_STEPS, quick_values=QUICK_VALUES),
+            Entry(RIGID_DOP853, (1e-6, 1e-9, 1e-12), quick_values=MIDDLE_VALUES),
         ]
-    rounded_truth = rounded(truth, problem, DURATION, "entries", 1.0)
+    rounded_truth = truth_to_rounding(truth, problem, DURATION, "entries", 1.0)
     fields: dict[str, Any] = {"quantity": ATTITUDE, "repeated_run": True}
     return compared(problem, DURATION, quick, entries, rounded_truth, **fields)
 
@@ -117,7 +128,7 @@ def free_body(quick: bool) -> WorkPrecisionProblem:
     counts |= dict.fromkeys((10, 12), (30, 40))
     more_points = {6: (40, 60), 7: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40)}
     body = galvi.problems.free_rigid_body()
-    return rigid_body(body, quick, counts, FREE_TOP, more_points, longer={8: (20, 24)})
+    return rigid_body(body, quick, counts, FREE_TOP, more_points, longer_steps={8: (20, 24)})
 
 
 def pendulum(quick: bool) -> WorkPrecisionProblem:
@@ -129,7 +140,7 @@ def pendulum(quick: bool) -> WorkPrecisionProblem:
 def heavy_top(quick: bool) -> WorkPrecisionProblem:
     """A fast top on its tip, some twenty-five turns about its axis."""
     counts = {4: (160,), 6: (80, 120, 160), 8: (80, 120, 160), 12: (80, 120)}
-    return rigid_body(galvi.problems.heavy_top(), quick, counts, brief=True)
+    return rigid_body(galvi.problems.heavy_top(), quick, counts, few_contenders=True)
 
 
 def free_body_se3(quick: bool) -> WorkPrecisionProblem:
@@ -144,7 +155,7 @@ def free_body_se3(quick: bool) -> WorkPrecisionProblem:
         general_kernel(5, counts[5]),
         Entry(MUJOCO_RK4, RK4_STEPS[:-1]),
         Entry(MUJOCO_EULER, FIRST_ORDER_STEPS[:-1]),
-        Entry(HEYOKA_RIGID, TOLERANCES, few=slice(2, 3)),
+        Entry(HEYOKA_RIGID, TOLERANCES, quick_values=slice(2, 3)),
     ]
-    truth = rounded(THROWN_BODY, problem, DURATION, "entries")
+    truth = truth_to_rounding(THROWN_BODY, problem, DURATION, "entries")
     return compared(problem, DURATION, quick, entries, truth, quantity=MOTION, net_time=True)

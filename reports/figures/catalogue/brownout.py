@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from benchmarks.applications.brownout.statistics import DEPTH, HEIGHT
-from benchmarks.applications.brownout.step_errors import COMPARED
+from benchmarks.applications.brownout.step_errors import COMPARED_STEPS
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
@@ -134,7 +134,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             title=f"The cloud's {quantity.split(' [')[0]}: error of the step and of sampling",
             claims=("V25",),
             draw=sampling,
-            options={"quantity": quantity, "degrees": {N: f"$N={N}$" for N in COMPARED}},
+            options={"quantity": quantity, "degrees": {N: f"$N={N}$" for N in COMPARED_STEPS}},
             caption="Mean difference from a run of high order with the same grains, with its "
             "standard error; arrows: upper limits, where it is below that. Dashed, dotted: what a "
             "number of grains leaves by chance, below which a finer step gains nothing.",

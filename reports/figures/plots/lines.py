@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from benchmarks.applications.brownout.step_errors import OF_STEP, SAMPLING, WORK, sampling_error
+from benchmarks.applications.brownout.step_errors import SAMPLING, STEP_ERROR, WORK, sampling_error
 from benchmarks.store.frames import pick
 from galvi.arrays import Array
 from reports.figures.style.decades import power_of_ten
@@ -290,7 +290,7 @@ def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping
     )
     of_cloud = table[table["study"].isin((quantity, WORK))]
     runs = of_cloud.pivot_table("value", ["n", "steps"], "quantity")
-    runs = runs.reindex(columns=[WORK, OF_STEP, f"{SAMPLING} of it"]).dropna()
+    runs = runs.reindex(columns=[WORK, STEP_ERROR, f"{SAMPLING} of it"]).dropna()
     for k, (degree, label) in enumerate(degrees.items()):
         solved = runs[runs.index.get_level_values("n") == degree + 1]
         work, error, spread = np.abs(solved.to_numpy(float).T)

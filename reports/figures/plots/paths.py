@@ -11,7 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from benchmarks.applications.brownout.cloud import PILOT, TARGET
+from benchmarks.applications.brownout.cloud import PILOT_EYE, SIGHT_TARGET
 from benchmarks.store.frames import pick
 from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, decay, rotor_height
@@ -107,7 +107,10 @@ def clouds(
         for artist in _cloud(plane, table, study, labels, t):
             artist.set_rasterized(True)
         plane.plot(
-            *zip(PILOT, TARGET, strict=True), color=GUIDE, linewidth=0.7, linestyle=(0, (4, 3))
+            *zip(PILOT_EYE, SIGHT_TARGET, strict=True),
+            color=GUIDE,
+            linewidth=0.7,
+            linestyle=(0, (4, 3)),
         )
         plane.set_title(f"{t:g} s")
     _sizes(plane, labels)

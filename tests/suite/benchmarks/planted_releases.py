@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from benchmarks.applications.releases.requirements import installed
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 
 PROGRAM = """import json, runpy, sys
 
@@ -91,7 +91,7 @@ def planted(folder: Path, faults: Mapping[str, tuple[str, str]]):
             yield Path(sys.executable)
             return
         if version not in faults:
-            raise NotHere(f"No matching distribution found for {package}=={version}")
+            raise EnvironmentUnavailable(f"No matching distribution found for {package}=={version}")
         before, after = faults[version]
         program = folder / f"{version}.py"
         program.write_text(PROGRAM.format(before=before, after=after, version=version))

@@ -15,17 +15,17 @@ import galvi
 from benchmarks.applications.brownout import cost
 from benchmarks.applications.brownout import emission as emissions
 from benchmarks.applications.brownout.cloud import (
-    BLUR,
-    BY_REYNOLDS,
-    CONSTANT,
+    CONSTANT_DRAG,
     DIAMETERS,
-    PILOT,
-    TARGET,
-    UNTIL,
+    END_TIME,
+    PILOT_EYE,
+    RAY_HALF_WIDTH,
+    REYNOLDS_DRAG,
+    SIGHT_TARGET,
     Cloud,
     optical_depth,
 )
-from benchmarks.applications.brownout.cost_at import cost_at, over
+from benchmarks.applications.brownout.cost_at import cost_at, ratio_of
 from benchmarks.applications.brownout.emission import (
     Emission,
     friction_speed,
@@ -88,19 +88,19 @@ def test_the_flux_is_whites_and_begins_at_the_threshold() -> None:
 
 
 def test_the_mass_lifted_is_an_adaptive_quadratures() -> None:
-    emission = Emission(100e-6, UNTIL)
-    exact = dblquad(lambda r, t: emission.density(r, t), 0.0, UNTIL, 0.5, 20.0, epsrel=1e-5)[0]
+    emission = Emission(100e-6, END_TIME)
+    exact = dblquad(lambda r, t: emission.density(r, t), 0.0, END_TIME, 0.5, 20.0, epsrel=1e-5)[0]
     assert emission.mass == pytest.approx(exact, rel=1e-4)  # 1e-5
 
 
 def test_starts_are_distributed_as_the_mass() -> None:
     """Moments of radius and time within 5 standard errors; the angle and height uniform."""
-    emission, n = Emission(100e-6, UNTIL), 20_000
+    emission, n = Emission(100e-6, END_TIME), 20_000
     q, v, t = emission.starts(np.arange(n))
     r = np.hypot(q[:, 0], q[:, 1])
     grid = emissions._on_grid(emission)
     middles = (np.arange(len(grid)) + 0.5) / len(grid)
-    for sample, values, axis in ((r, 0.5 + 19.5 * middles, 1), (t, UNTIL * middles, 0)):
+    for sample, values, axis in ((r, 0.5 + 19.5 * middles, 1), (t, END_TIME * middles, 0)):
         weights = grid.sum(axis=axis) / grid.sum()
         mean = float(weights @ values)
         spread = math.sqrt(float(weights @ (values - mean) ** 2))
@@ -115,14 +115,14 @@ def test_starts_are_distributed_as_the_mass() -> None:
 
 
 def test_grains_that_no_wind_lifts_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(emissions, "ATTEMPTS", 3)
+    monkeypatch.setattr(emissions, "MOST_ATTEMPTS", 3)
     with pytest.raises(RuntimeError, match="no place and time was drawn"):
-        Emission(1e-2, UNTIL).starts(np.arange(4))
+        Emission(1e-2, END_TIME).starts(np.arange(4))
 
 
 @pytest.mark.slow_cases("Schiller-Naumann-speeds1")
 @pytest.mark.parametrize(
-    ("drag", "speeds"), [(CONSTANT, (0.80, 2.54, 5.07)), (BY_REYNOLDS, (0.0080, 0.58, 3.08))]
+    ("drag", "speeds"), [(CONSTANT_DRAG, (0.80, 2.54, 5.07)), (REYNOLDS_DRAG, (0.0080, 0.58, 3.08))]
 )
 def test_fall_speeds_are_those_of_the_drag_laws(drag: str, speeds: tuple[float, ...]) -> None:
     """They solve weight = drag; a grain far from the rotor reaches them."""
@@ -148,12 +148,12 @@ def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
     random, n = np.random.default_rng(3), 400_000
     r, z = np.sqrt(random.uniform(0.0, 400.0, n)), random.uniform(-3.0, 8.0, n)
     q = np.stack([r, 0.0 * r, z], axis=1)
-    length = math.hypot(TARGET[0] - PILOT[0], TARGET[1] - PILOT[1])
+    length = math.hypot(SIGHT_TARGET[0] - PILOT_EYE[0], SIGHT_TARGET[1] - PILOT_EYE[1])
     mass = 2650.0 * math.pi * 1e-12 / 6.0
     tau = 2.0 * math.pi * 1e-8 / 4.0 * length / (math.pi * 400.0 * 11.0) / mass
     depths = optical_depth(q, 100e-6)
     assert abs(depths.mean() / tau - 1.0) < 5.0 * depths.std() / depths.mean() / math.sqrt(n) + 0.02
-    assert 0.03 * length > BLUR
+    assert 0.03 * length > RAY_HALF_WIDTH
 
 
 @pytest.mark.slow(beside="test_the_long_form_keeps_what_is_done")
@@ -218,6 +218,6 @@ def test_what_was_not_crossed_or_failed_below_has_no_cost(errors: list[float]) -
 
 
 def test_a_ratios_relative_errors_add_in_squares() -> None:
-    ratio = over(Estimate(8.0, 0.8), Estimate(4.0, 0.3))
+    ratio = ratio_of(Estimate(8.0, 0.8), Estimate(4.0, 0.3))
     assert ratio.value == 2.0
     assert ratio.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.075))

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.checks.bounds import HOLDS, NOT_RUN, VERDICTS, AtMost
-from benchmarks.checks.claim import Claim, Row, judged
+from benchmarks.checks.claim import Claim, Row, checked_row
 from benchmarks.checks.faults import Fault
 from benchmarks.claims import AGREEMENTS, CLAIMS
 from benchmarks.store.frames import COLUMNS
@@ -32,13 +32,13 @@ def test_every_claim_begins_with_what_its_source_says() -> None:
 
 
 def test_a_row_has_its_numbers_and_a_verdict() -> None:
-    row = judged("V0", "an error", AtMost(1.0), 0.5, claimed="O(h^2)", reason="none")
+    row = checked_row("V0", "an error", AtMost(1.0), 0.5, claimed="O(h^2)", reason="none")
     assert (row.claimed, row.reason, row.bound) == ("O(h^2)", "none", "at most 1")
     assert (row.measured, row.uncertainty, row.verdict) == (0.5, None, HOLDS) and row.slack == 2.0
-    missing = judged("V0", "an error", AtMost(1.0), float("nan"))
+    missing = checked_row("V0", "an error", AtMost(1.0), float("nan"))
     assert (missing.measured, missing.uncertainty, missing.verdict) == (None, None, NOT_RUN)
     with pytest.raises(TypeError, match="colour"):
-        judged("V0", "an error", AtMost(1.0), 0.5, colour="blue")
+        checked_row("V0", "an error", AtMost(1.0), 0.5, colour="blue")
 
 
 @pytest.mark.slow_cases(

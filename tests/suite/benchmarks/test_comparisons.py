@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from benchmarks.statistics.paired import FASTER, SLOWER, written
-from benchmarks.work_precision.dependable import bounds, dependable, resolution
+from benchmarks.work_precision.dependable import dependable, error_is_bound, resolution
 from benchmarks.work_precision.fronts import (
     NOT_REACHED,
     OURS,
@@ -30,8 +30,16 @@ from benchmarks.work_precision.fronts import (
 from benchmarks.work_precision.labels import LABELS, label_of
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
-from benchmarks.work_precision.profiles import FAILED, Share, costs, profile, share
-from benchmarks.work_precision.targets import FRAMES, ORBITS, PLAIN, TARGETS, TURNS, VECTORS, Target
+from benchmarks.work_precision.profiles import FAILED_COST, Share, costs, profile, share
+from benchmarks.work_precision.targets import (
+    FRAME_SOURCE,
+    NBODY_SOURCE,
+    RIGID_BODY_SOURCE,
+    TARGETS,
+    VECTOR_SOURCE,
+    WITHOUT_FRAME,
+    Target,
+)
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
 NONE = f"galvi: {NOT_REACHED}"
@@ -144,7 +152,7 @@ def test_no_run_counts_as_better_than_what_the_truth_can_tell():
         assert resolution(with_truth) == resolution(dependable(with_truth)) == 10.0 * 3e-11
         assert list(dependable(with_truth)["error"]) == [1e-9, 3e-10, 3e-10, 5e-10][: len(chosen)]
         assert (
-            list(bounds(dependable(with_truth), with_truth))
+            list(error_is_bound(dependable(with_truth), with_truth))
             == [False, True, True, False][: len(chosen)]
         )
         counted = dependable(with_truth)
@@ -294,7 +302,7 @@ def test_a_ratio_is_to_the_fastest_code_and_a_failure_counts_once_as_never() -> 
         ("b", "galvi"): 4.0,
         ("b", "peer"): 1.0,
         ("c", "galvi"): 1.0,
-        ("c", "peer"): FAILED,
+        ("c", "peer"): FAILED_COST,
     }
     peer = cost_rows.xs("peer", level="code")
     assert [point.share for point in profile(peer["ratio"], [1.0, 2.0, 1e9])] == [
@@ -312,7 +320,7 @@ def test_a_code_that_fails_everywhere_is_flat_at_zero_and_changes_no_other_ratio
         costs_by_code(runs()),
     )
     broken = cost_rows.xs("broken", level="code")
-    assert len(broken) == 3 and (broken["ratio"] == FAILED).all()
+    assert len(broken) == 3 and (broken["ratio"] == FAILED_COST).all()
     assert all(point.share == point.low == 0.0 for point in profile(broken["ratio"], [1.0, 1e300]))
     without_broken = cost_rows["ratio"].drop("broken", level="code")
     assert without_broken.to_dict() == before["ratio"].to_dict()
@@ -320,7 +328,7 @@ def test_a_code_that_fails_everywhere_is_flat_at_zero_and_changes_no_other_ratio
 
 def test_where_nobody_gets_there_nobody_is_the_fastest() -> None:
     cost_rows = costs_by_code(table({EIGHT: [(1e-2, 1.0)], "peer": [(1e-3, 1.0)]}))
-    assert (cost_rows["ratio"] == FAILED).all() and (cost_rows["outcome"] == "").all()
+    assert (cost_rows["ratio"] == FAILED_COST).all() and (cost_rows["outcome"] == "").all()
 
 
 def test_what_was_never_run_has_no_place() -> None:
@@ -333,7 +341,7 @@ def test_what_was_never_run_has_no_place() -> None:
     assert (
         cost_rows.loc[("a", "peer"), "cost"] == 2.0 and cost_rows.loc[("b", "peer"), "ratio"] == 1.0
     )
-    assert cost_rows.loc[("b", "faster"), "cost"] == FAILED
+    assert cost_rows.loc[("b", "faster"), "cost"] == FAILED_COST
 
 
 def test_a_problem_whose_truth_cannot_tell_the_error_is_not_counted() -> None:
@@ -455,7 +463,7 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
     assert list(verdicts["galvi"]) == [GALVI, degree_8, GALVI, degree_8]
     assert list(verdicts["counted"]) == ["any", "degree 8, Gauss 9"] * 2
     assert list(verdicts["against"]) == [PEER, PEER, kernel, kernel]
-    assert Target("p", PLAIN, 1e-6, 5.0).against == "galvi without frame, best"
+    assert Target("p", WITHOUT_FRAME, 1e-6, 5.0).against == "galvi without frame, best"
 
 
 def test_a_warning_about_the_peer_s_own_error_is_told() -> None:
@@ -495,11 +503,16 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
     ]
     assert len(set(keys)) == len(keys)
     for target in TARGETS:  # targets of orbits and rotations have the rival's own error too
-        assert target.source == VECTORS or target.problem in {
+        assert target.source == VECTOR_SOURCE or target.problem in {
             entry.problem for entry in TARGETS if entry.error is None
         }
-    assert {target.source for target in TARGETS} == {FRAMES, ORBITS, TURNS, VECTORS}
-    assert "N bodies" in ORBITS and "rigid bodies" in TURNS
+    assert {target.source for target in TARGETS} == {
+        FRAME_SOURCE,
+        NBODY_SOURCE,
+        RIGID_BODY_SOURCE,
+        VECTOR_SOURCE,
+    }
+    assert "N bodies" in NBODY_SOURCE and "rigid bodies" in RIGID_BODY_SOURCE
 
 
 def test_readers_are_told_what_every_problem_is(cases) -> None:

@@ -17,7 +17,7 @@ from benchmarks.applications.external.check_runs import GROWTH, Runs
 from benchmarks.applications.external.checks import (
     LARGEST_ERROR,
     MEMORY_LEFT,
-    Judge,
+    ClaimRows,
     contender_checks,
 )
 from benchmarks.applications.external.integrator import ExternalIntegrator
@@ -208,7 +208,7 @@ def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
         contender = with_parts(Stepped(), strength=strength, conserves={}, order=None)
         check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, conserved=())
         external = Inside.of(contender)
-        rows = Judge("A", external, (check,)).errors(check, frame(Runs(external).errors(check)))
+        rows = ClaimRows("A", external, (check,)).errors(check, frame(Runs(external).errors(check)))
         assert [row.verdict for row in rows if "over the way" in row.quantity] == [verdict]
         assert not any("failed" in row.reason for row in rows)
 
@@ -457,7 +457,7 @@ class InSingle(Stepped):
 def test_the_order_of_a_method_in_single_precision_is_seen_where_its_errors_fall(
     declared, step_counts, monkeypatch
 ):
-    monkeypatch.setattr(long_runs, "MANY", 1000)
+    monkeypatch.setattr(long_runs, "LONGEST_RUN_STEPS", 1000)
     single = with_parts(InSingle(), order=declared, step_counts=step_counts)
     rows, differing, _ = checked(single, replace(SWING, long=5.0))
     order = only_row(rows, "order in the step")
@@ -484,7 +484,7 @@ class Clocked(Stepped):
 
 
 def test_a_wrong_time_and_a_reversed_one_are_seen(monkeypatch):
-    monkeypatch.setattr(long_runs, "MANY", 4000)
+    monkeypatch.setattr(long_runs, "LONGEST_RUN_STEPS", 4000)
     short = replace(DRIVEN, long=5.0)
     assert checked(Clocked(), short)[1] == []
     wrong = [
@@ -513,7 +513,7 @@ class LateClock(Clocked):
 
 
 def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
-    monkeypatch.setattr(long_runs, "MANY", 40_000)
+    monkeypatch.setattr(long_runs, "LONGEST_RUN_STEPS", 40_000)
     (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
     assert row["steps"] == 8000 and row["value"] > LARGEST_ERROR
     symmetric = [
@@ -562,7 +562,7 @@ def turned_back(contender: Any, *check_problems: Any) -> list[Any]:
     """The contender's rows on runs back, for each problem that it supports."""
     contender.symmetric = True
     external = Inside.of(contender)
-    judge = Judge("A", external, check_problems)
+    judge = ClaimRows("A", external, check_problems)
     rows = []
     for problem in check_problems:
         if external.supports(problem.problem):
@@ -645,7 +645,7 @@ def test_what_only_starts_at_time_zero_is_run_back_unless_time_matters():
     assert row.verdict == row.expected == "not run" and "t = 5" in row.reason
     external = Inside.of(from_zero(Gauss))
     rows = frame(Runs(external).restarted(driven))
-    (row,) = Judge("A", external, (driven,)).restarted(driven, rows)
+    (row,) = ClaimRows("A", external, (driven,)).restarted(driven, rows)
     assert row.verdict == row.expected == "not run" and row.reason.startswith("It does not support")
 
 
@@ -669,12 +669,12 @@ def growth(contender):
     """The row on the memory that a contender's runs keep."""
     external = Inside.of(contender)
     external.watched = True
-    (row,) = Judge("A", external, (ORBIT,)).memory(ORBIT, frame(Runs(external).memory(ORBIT)))
+    (row,) = ClaimRows("A", external, (ORBIT,)).memory(ORBIT, frame(Runs(external).memory(ORBIT)))
     return row
 
 
 def test_memory_that_each_run_keeps_is_caught_and_what_is_taken_once_is_not(monkeypatch):
-    monkeypatch.setattr("benchmarks.applications.external.worker.MOST_RUNS", 1)
+    monkeypatch.setattr("benchmarks.applications.external.worker.MOST_RUNS_A_ROUND", 1)
     steady, leaking = growth(Keeping(0)), growth(Keeping(LEAK))
     assert steady.verdict == "holds" and steady.measured < MEMORY_LEFT
     assert leaking.verdict == "contradicted" and leaking.measured > MEMORY_LEFT
@@ -682,7 +682,7 @@ def test_memory_that_each_run_keeps_is_caught_and_what_is_taken_once_is_not(monk
 
 
 def test_a_run_that_is_long_is_not_repeated_for_its_memory(monkeypatch):
-    monkeypatch.setattr("benchmarks.applications.external.worker.SLOW", 0.0)
+    monkeypatch.setattr("benchmarks.applications.external.worker.SLOW_RUN_SECONDS", 0.0)
     assert np.isnan(memory_growth(Gauss(), ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10}))
     row = growth(Gauss())
     assert row.verdict == row.expected == "not run" and "too long" in row.reason

@@ -247,7 +247,7 @@ def test_a_bound_is_what_its_words_say(text: str, bound: bounds.Bound) -> None:
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(["at most", "above"]))
 def test_a_limit_is_read_to_the_last_bit(limit: float, word: str) -> None:
     read: Any = bound_of(f"{word} {limit!r}")
-    assert read.limit == limit and read.word == word
+    assert read.limit == limit and read.side == word
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.statistics.change_points import FEWEST_POINTS, change_points, steps
-from benchmarks.statistics.drift import FEWEST_TIMES, drift, growth
+from benchmarks.statistics.drift import LEAST_TIMES, drift, growth
 from benchmarks.studies.round_off_participants import SAMPLED_HUNDREDTHS
 from galvi.arrays import Array
 from tests.suite.benchmarks.test_planted_measurements import RAMPS
@@ -99,9 +99,7 @@ def test_the_standard_errors_of_noise_are_the_scatter_of_its_changes() -> None:
 
 def test_a_history_with_a_hole_or_too_short_is_not_judged_and_no_error_does_not_grow() -> None:
     t, error = np.arange(400.0), np.ones(400)
-    assert (
-        NoGrowth(10.0).verdict(drift(t[: FEWEST_TIMES - 1], error[: FEWEST_TIMES - 1])) == NOT_RUN
-    )
+    assert NoGrowth(10.0).verdict(drift(t[: LEAST_TIMES - 1], error[: LEAST_TIMES - 1])) == NOT_RUN
     error[17] = math.nan
     assert NoGrowth(10.0).verdict(drift(t, error)) == NOT_RUN
     assert NoGrowth(0.0).verdict(drift(t, np.zeros(400))) == HOLDS

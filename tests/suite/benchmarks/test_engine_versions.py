@@ -14,7 +14,7 @@ import pytest
 
 from benchmarks.applications.releases.requirements import installed
 from benchmarks.statistics.convergence_fits import algebraic
-from benchmarks.store.isolated_environment import NotHere, finished
+from benchmarks.store.isolated_environment import EnvironmentUnavailable, output_of
 from benchmarks.studies import engine_versions
 from benchmarks.studies.engine_versions import COLUMNS, STEPS, parts, rows_of, stored
 from references.mujoco.own_model import NO_INTEGRATOR
@@ -77,7 +77,7 @@ def test_a_version_that_is_absent_is_a_row_in_the_short_form(monkeypatch):
 def without_old_version(package: str, version: str, folder: Path) -> Iterator[Path]:
     """A stand-in for `interpreter`: this Python for all versions but OLD, which it lacks."""
     if version == OLD:
-        raise NotHere("No matching distribution found.")
+        raise EnvironmentUnavailable("No matching distribution found.")
     yield Path(sys.executable)
 
 
@@ -107,11 +107,11 @@ def test_the_reason_has_no_addresses_and_no_folders():
         "WARNING: retrying\nERROR: nothing at https://example.org/simple/x/ for /some/where/y==1\n"
     )
     command = [sys.executable, "-c", f"import sys; sys.exit({text!r})"]
-    with pytest.raises(NotHere, match=r"^nothing at \.\.\. for \.\.\.$"):
-        finished(command)
-    with pytest.raises(NotHere, match="FileNotFoundError"):
-        finished(["no-such-program"])
-    assert finished([sys.executable, "-c", "print(input())"], "heard") == "heard\n"
+    with pytest.raises(EnvironmentUnavailable, match=r"^nothing at \.\.\. for \.\.\.$"):
+        output_of(command)
+    with pytest.raises(EnvironmentUnavailable, match="FileNotFoundError"):
+        output_of(["no-such-program"])
+    assert output_of([sys.executable, "-c", "print(input())"], "heard") == "heard\n"
 
 
 @pytest.mark.slow(

@@ -12,7 +12,14 @@ import pytest
 from benchmarks.statistics import paired
 from benchmarks.statistics.paired import FASTER, SLOWER, TIE, Interval, interval, outcome, ratio
 from benchmarks.work_precision.asked import code_of
-from benchmarks.work_precision.grid import MAX_ADDED, fine, gaps, line_of, refined, unequal
+from benchmarks.work_precision.grid import (
+    MAX_ADDED,
+    add_settings,
+    fineness_of,
+    gaps,
+    line_of,
+    wide_gaps,
+)
 from benchmarks.work_precision.participants import with_externals
 from benchmarks.work_precision.peers import PEERS
 from benchmarks.work_precision.problem import Setting
@@ -100,7 +107,7 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
         steps = [(code, setting["step"]) for code, setting in settings]
         return rows(*((code, h, (h / 1000.0) ** order, 1e-9 / h) for code, h in steps))
 
-    (message,) = unequal(table())
+    (message,) = wide_gaps(table())
     assert message.startswith("peer has no setting in 8.0 decades")
     by_number = dict(enumerate(settings))
 
@@ -108,8 +115,8 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
         by_number[len(settings)] = (code, setting)
         settings.append((code, setting))
 
-    refined(table, by_number, 1e12, add)
-    assert not unequal(table()) and len(settings) <= MAX_ADDED + 2
+    add_settings(table, by_number, 1e12, add)
+    assert not wide_gaps(table()) and len(settings) <= MAX_ADDED + 2
     assert gaps(table())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
     assert all(
         1e12 / setting["step"] == pytest.approx(setting["save_every"])
@@ -127,12 +134,12 @@ def test_a_setting_that_was_run_but_is_slower_closes_a_gap_of_its_own_line_only(
 
 def test_a_code_that_cannot_be_loose_is_told() -> None:
     table = rows(("IAS15", 0.4, 1.6e-11, 2.5), ("IAS15", 0.2, 4e-12, 5.0))
-    assert unequal(table) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
+    assert wide_gaps(table) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
 
 
 def test_the_step_says_how_fine_a_setting_is_before_its_tolerance() -> None:
-    assert fine({"tolerance": 1e-9, "step": 0.1, "save_every": 3}) == ("step", 0.1)
-    assert fine({"samples": 1, "epsilon": 1e-5})[0] == "epsilon"
+    assert fineness_of({"tolerance": 1e-9, "step": 0.1, "save_every": 3}) == ("step", 0.1)
+    assert fineness_of({"samples": 1, "epsilon": 1e-5})[0] == "epsilon"
     assert line_of({"step": 0.1, "save_every": 3, "kernel": "LAZY"}) == (("kernel", "LAZY"),)
 
 

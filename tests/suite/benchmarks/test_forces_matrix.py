@@ -25,10 +25,10 @@ def force_rows():
 
 def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen(force_rows):
     errors = force_rows.set_index(["force", "contender"])[["verdict", "error", "error_quarter"]]
-    for name in forces.QUICK:
-        assert errors.loc[(name, forces.THEORY), "verdict"] == forces.RIGHT
+    for name in forces.QUICK_FORCES:
+        assert errors.loc[(name, forces.THEORY), "verdict"] == forces.RIGHT_VERDICT
         galvi_row = errors.loc[(name, forces.GALVI)]
-        assert galvi_row["verdict"] == forces.RIGHT
+        assert galvi_row["verdict"] == forces.RIGHT_VERDICT
         assert max(galvi_row["error"], galvi_row["error_quarter"]) < 1e-10  # 1e-12
         missing = errors.loc[(name, forces.NO_KICK)]
         assert missing["verdict"] == forces.WRONG and abs(missing["error"] - 1.0) < 1e-3
@@ -42,14 +42,14 @@ def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_ref
     rows = force_rows.set_index(["force", "contender"])
     for contender in (forces.FRAME, forces.CLOCK):
         right = rows.loc[("J2", contender)]
-        assert right["verdict"] == forces.RIGHT
+        assert right["verdict"] == forces.RIGHT_VERDICT
         assert max(right["error"], right["error_quarter"]) < 1e-9  # 1e-11
     refused, single = (
-        rows.loc[(forces.QUICK[1], contender)] for contender in (forces.FRAME, forces.CLOCK)
+        rows.loc[(forces.QUICK_FORCES[1], contender)] for contender in (forces.FRAME, forces.CLOCK)
     )
     assert refused["verdict"] == forces.REFUSED and "a KeplerFrame takes" in refused["status"]
-    assert single["verdict"] == forces.RIGHT and single["error"] < 1e-9  # 1e-11
-    assert np.isnan(single["error_quarter"]) and single["status"] == forces.ONCE
+    assert single["verdict"] == forces.RIGHT_VERDICT and single["error"] < 1e-9  # 1e-11
+    assert np.isnan(single["error_quarter"]) and single["status"] == forces.ONE_STEP_LENGTH_NOTE
 
 
 def test_formulas_of_theory_with_a_fault_are_seen(force_rows):
@@ -64,9 +64,9 @@ def test_formulas_of_theory_with_a_fault_are_seen(force_rows):
 @pytest.mark.parametrize(
     ("errors", "expected"),
     [
-        ([1e-5, 1e-6], forces.RIGHT),
-        ([1e-2, 1e-6], forces.LATER),
-        ([0.5, 0.03], forces.LATER),
+        ([1e-5, 1e-6], forces.RIGHT_VERDICT),
+        ([1e-2, 1e-6], forces.RIGHT_FOR_SHORT_STEPS),
+        ([0.5, 0.03], forces.RIGHT_FOR_SHORT_STEPS),
         ([0.4, 0.1], forces.WRONG),
         ([1e-5, 0.1], forces.WRONG),
         ([np.nan, 0.1], forces.WRONG),

@@ -245,7 +245,7 @@ def cloud(order: Any = slice(None), threads: int = 1) -> flights.Flights:
 def test_a_grains_numbers_depend_on_nothing_but_the_grain(monkeypatch: pytest.MonkeyPatch) -> None:
     grains = cloud()
     assert {ALOFT, LANDED} <= set(grains.status) and grains.contacts.max() > 2
-    monkeypatch.setattr(flights, "BATCH", 7)
+    monkeypatch.setattr(flights, "BATCH_GRAINS", 7)
     for order in (np.random.default_rng(1).permutation(100), np.array([17]), np.arange(50, 59)):
         for name, numbers in vars(cloud(order, threads=2)).items():
             np.testing.assert_array_equal(getattr(grains, name)[order], numbers, name)

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import galvi
 from benchmarks.applications.judging import bodies, clock, neighbours
 from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Source, UserSetting
-from benchmarks.applications.judging.judgement import YOURS, Judgement, judge, own_setting
+from benchmarks.applications.judging.judgement import OWN_SUFFIX, Judgement, judge, own_setting
 from benchmarks.applications.judging.scan import Limits, ScanRow, Search, explained, scan
 from benchmarks.applications.judging.truth import agreements, in_pieces
 from galvi import Problem, Trajectory
@@ -265,7 +265,7 @@ def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> Non
 def test_what_does_not_agree_is_not_said_to() -> None:
     """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
     judgement = judged(simulation(STAR, {"m": 3e-6, "e": 0.99, "a": 1.0}), 60.0, 1e-6)
-    opinion = next(agreement for agreement in judgement.agreements if agreement.source.opinion)
+    opinion = next(agreement for agreement in judgement.agreements if agreement.source.is_galvi)
     truth = truth_sentence(judgement)
     claim, agreed = truth.split("It agrees with ", 1)
     assert opinion.largest > 1.0 and agreed.startswith("REBOUND") and "galvi" not in agreed
@@ -426,7 +426,7 @@ def test_encounters_are_found_and_timed():
     encounters = judgement.encounters
     assert len(encounters) == 2 and set(encounters["bodies"]) == {"1 and 2"}
     assert np.allclose(np.sort(encounters["time"]), [0.25 * YEAR, 0.75 * YEAR], atol=0.02)
-    assert np.all(encounters["hill_radii"] < bodies.NEAR)
+    assert np.all(encounters["hill_radii"] < bodies.ENCOUNTER_HILL_RADII)
     text = " ".join(sentences(judgement))
     for word in (
         "There are 2 close encounters",
@@ -625,7 +625,7 @@ def test_the_time_of_a_run_is_foreseen_without_its_set_up_in_every_step(
 
 def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
     """Two steps take 0.03 s, so that 20,000 would take 300 s if all steps were like these."""
-    rows = search(1e-4).of([leapfrog(20_000, Slow(0.03))], limit=2.0)
+    rows = search(1e-4).rows_of([leapfrog(20_000, Slow(0.03))], limit=2.0)
     assert rows[0].reached and rows[0].error < 1e-4
 
 
@@ -649,7 +649,7 @@ def test_an_integrator_is_tried_with_finer_steps_until_its_time_is_over() -> Non
 
 
 def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
-    rows = search(1e-15).of([leapfrog(100)], limit=0.2)
+    rows = search(1e-15).rows_of([leapfrog(100)], limit=0.2)
     last = rows[-1]
     assert len(rows) > 2 and not any(row.reached for row in rows)
     prefix = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
@@ -667,7 +667,7 @@ def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
 
 
 def test_coarser_steps_are_tried_while_they_reach_the_error() -> None:
-    rows = search(1e-2).of([leapfrog(20_000)], limit=5.0)
+    rows = search(1e-2).rows_of([leapfrog(20_000)], limit=5.0)
     assert rows[0].reached and not rows[-1].reached and all(row.reached for row in rows[:-1])
     steps = [row.candidate.count(100) for row in rows if row.candidate is not None]
     assert steps == sorted(steps, reverse=True) and len(steps) > 2
@@ -699,7 +699,7 @@ def judgement() -> Judgement:
 
 
 def test_the_own_run_is_a_row_and_larger_steps_than_its_own_are_tried(judgement: Judgement) -> None:
-    own_rows = judgement.table[judgement.table["integrator"] == f"REBOUND leapfrog{YOURS}"]
+    own_rows = judgement.table[judgement.table["integrator"] == f"REBOUND leapfrog{OWN_SUFFIX}"]
     steps = own_rows["setting"].str.removeprefix("dt = ").astype(float)
     own_row = own_rows[own_rows["setting"] == judgement.own["setting"]].iloc[0]
     assert steps.max() > 1.5 * YEAR / 100 and own_row["reached"] and judgement.passed
@@ -744,7 +744,7 @@ def test_where_the_own_run_is_the_cheapest_that_is_said(judgement: Judgement) ->
 def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(judgement: Judgement) -> None:
     assert (judgement.table["status"] != "").all()
     reached = judgement.table[judgement.table["reached"]].dropna(subset="seconds_low")
-    assert f"REBOUND leapfrog{YOURS}" in set(reached["integrator"])
+    assert f"REBOUND leapfrog{OWN_SUFFIX}" in set(reached["integrator"])
     assert (reached["seconds_low"] <= reached["seconds"]).all()
     assert (reached["seconds"] <= reached["seconds_high"]).all()
     assert "(quartiles " in sentences(judgement)[0]

@@ -18,7 +18,7 @@ import galvi
 from benchmarks.measures import independent_invariants, matrix_group, orbit_shape, rigid_invariants
 from benchmarks.statistics.rank_test import (
     FEWEST_SAMPLES,
-    LEVEL,
+    SIGNIFICANCE,
     holm,
     p_value,
     relative_growth,
@@ -182,7 +182,7 @@ def test_the_chance_is_the_share_of_all_choices_and_is_what_holm_asks_of_equal_t
     sums = [sum(subset) for subset in combinations(ranks, 8)]
     assert p_value(base, head) == pytest.approx(np.mean(np.array(sums) >= sum(ranks[:8])))
     count = samples_needed(60)
-    assert p_value([1.0] * count, [1.2] * count) < LEVEL / 60
+    assert p_value([1.0] * count, [1.2] * count) < SIGNIFICANCE / 60
 
 
 @pytest.mark.parametrize("slow", [1, 4, 6, 7, 11])
@@ -216,10 +216,10 @@ def test_a_time_that_is_none_is_refused(wrong: float) -> None:
 @pytest.mark.parametrize("benchmarks", [1, 12, 40, 300])
 def test_so_many_samples_are_enough_and_one_less_is_not(benchmarks: int) -> None:
     count = samples_needed(benchmarks)
-    assert 1.0 / math.comb(2 * count, count) < LEVEL / benchmarks
+    assert 1.0 / math.comb(2 * count, count) < SIGNIFICANCE / benchmarks
     assert count >= FEWEST_SAMPLES
     if count > FEWEST_SAMPLES:
-        assert 1.0 / math.comb(2 * count - 2, count - 1) > LEVEL / (20 * benchmarks)
+        assert 1.0 / math.comb(2 * count - 2, count - 1) > SIGNIFICANCE / (20 * benchmarks)
 
 
 def test_holm_asks_more_of_the_first_than_of_the_last() -> None:
@@ -231,9 +231,9 @@ def test_holm_asks_more_of_the_first_than_of_the_last() -> None:
 
 def test_both_gates_are_needed() -> None:
     little = (times(1.0, 40, 0.01), times(1.05, 40, 0.01))
-    assert p_value(*little) < LEVEL and relative_growth(*little) < 0.10
+    assert p_value(*little) < SIGNIFICANCE and relative_growth(*little) < 0.10
     noisy = ([0.5, 0.6, 0.7, 1.0, 1.5, 1.6, 1.7], [0.55, 0.65, 0.75, 1.4, 1.55, 1.65, 1.75])
-    assert relative_growth(*noisy) > 0.10 and p_value(*noisy) > LEVEL
+    assert relative_growth(*noisy) > 0.10 and p_value(*noisy) > SIGNIFICANCE
     much = (times(1.0), times(1.3))
     growing = slower(
         {"little": little, "noisy": noisy, "much": much},

@@ -10,7 +10,7 @@ import pytest
 import galvi
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
 from benchmarks.applications.external.checks import _growth
-from benchmarks.applications.external.long_runs import CHOICE, PARTS, SEEDS, at_random
+from benchmarks.applications.external.long_runs import GROUP_SIZE, LONG_RUN_PARTS, SEEDS, at_random
 from benchmarks.measures import independent_invariants
 from benchmarks.statistics.drift import drift
 from tests.suite.benchmarks.contenders_at_hand import Gauss, Stepped
@@ -90,8 +90,10 @@ def test_a_drift_of_a_twentieth_is_seen(name, fraction):
 
 
 def test_samples_are_taken_at_random_where_there_are_enough():
-    t = np.arange(CHOICE * PARTS * 2 + 1.0)
+    t = np.arange(GROUP_SIZE * LONG_RUN_PARTS * 2 + 1.0)
     (first, second), (middle, _) = (at_random(t, t, seed)[1] for seed in SEEDS), at_random(t, t, 1)
-    assert len(first) == 2 * PARTS and np.max(np.abs(first - middle)) < CHOICE
+    assert len(first) == 2 * LONG_RUN_PARTS and np.max(np.abs(first - middle)) < GROUP_SIZE
     assert not np.array_equal(first, second) and np.ptp(np.diff(middle)) == 0.0
-    assert np.array_equal(at_random(t[: PARTS + 1], t[: PARTS + 1], 1)[1], t[: PARTS + 1])
+    assert np.array_equal(
+        at_random(t[: LONG_RUN_PARTS + 1], t[: LONG_RUN_PARTS + 1], 1)[1], t[: LONG_RUN_PARTS + 1]
+    )

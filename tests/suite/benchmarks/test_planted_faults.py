@@ -14,9 +14,9 @@ from pandas import DataFrame
 
 import galvi
 from benchmarks.applications.brownout import cloud as model
-from benchmarks.applications.brownout.cloud import BY_REYNOLDS, DIAMETERS
+from benchmarks.applications.brownout.cloud import DIAMETERS, REYNOLDS_DRAG
 from benchmarks.applications.brownout.flights import FAILED, Flights
-from benchmarks.applications.brownout.step_errors import COMPARED, UNSOLVED
+from benchmarks.applications.brownout.step_errors import COMPARED_STEPS, UNSOLVED
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS, NOT_RUN
 from benchmarks.checks.faults import Fault, heavier, of_motion, reversed_clock
 from benchmarks.claims.lie_groups import l13_momentum_across_charts as l13
@@ -116,7 +116,7 @@ def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
         monkeypatch.setattr(v25, name, lambda *_: [])
     claim_rows = rows(CLAIM["V25"])
     counted = next(row for row in claim_rows if row.quantity == f"{UNSOLVED}, all runs compared")
-    of_runs = sum(192 in several for several in COMPARED.values())
+    of_runs = sum(192 in several for several in COMPARED_STEPS.values())
     assert counted.verdict == CONTRADICTED
     assert counted.measured is not None and counted.measured >= of_runs * len(DIAMETERS)
     limit = next(row for row in claim_rows if "upper limit" in row.quantity)
@@ -126,7 +126,7 @@ def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
 @IN_COLUMNS
 def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
     """Thrown upwards in still air: the row on the highest position rules this out."""
-    cloud = model.Cloud(DIAMETERS[-1], BY_REYNOLDS, np.arange(500))
+    cloud = model.Cloud(DIAMETERS[-1], REYNOLDS_DRAG, np.arange(500))
     law, rates = cloud.rates
     run = FOLLOW(
         collocation(galvi.Galerkin, 2),

@@ -99,5 +99,5 @@ def test_the_limit_s_kernel_does_what_a_pair_needs() -> None:
     scaling.pull_pairs(squares, pulls, 1)
     assert pulls == pytest.approx(squares**-1.5, rel=1e-15)
     call, pairs = scaling.call_and_pairs()
-    assert pairs == scaling.PAIRS * scaling.PASSES
+    assert pairs == scaling.PAIR_COUNT * scaling.PULL_PASSES
     call()

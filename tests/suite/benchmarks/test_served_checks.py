@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.applications.external import served_checks
 from benchmarks.applications.external.checks import CHECKS, FAILURES
-from benchmarks.applications.external.integrator import PATIENCE, ExternalIntegrator
+from benchmarks.applications.external.integrator import MOST_LATE_ANSWERS, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError, NotAsked
 from benchmarks.applications.external.own_check_problems import own_check_problem
 from benchmarks.applications.external.served_checks import ServedChecks, outcome
@@ -168,7 +168,7 @@ class Wrong(Modest):
 def test_a_planted_fault_fails_its_own_check_with_measured_value_and_bound(
     contender, check, sentence, serve, monkeypatch
 ):
-    monkeypatch.setattr("benchmarks.applications.external.long_runs.MANY", 3000)
+    monkeypatch.setattr("benchmarks.applications.external.long_runs.LONGEST_RUN_STEPS", 3000)
     contender.symmetric = check == "time reversal"
     problem = replace(SWING, long=40.3) if check == "conservation" else SHORT
     failures = failed(serve(contender, problem))
@@ -189,7 +189,7 @@ JUDGED = [Gauss(), Drifting(), Bare(), *map(Altered, (unseeded, mirrored))]
 
 @pytest.mark.parametrize("contender", JUDGED, ids=lambda contender: type(contender).__name__)
 def test_outcomes_are_the_verdicts_of_verify(contender, serve, monkeypatch):
-    monkeypatch.setattr("benchmarks.applications.external.long_runs.MANY", 3000)
+    monkeypatch.setattr("benchmarks.applications.external.long_runs.LONGEST_RUN_STEPS", 3000)
     _, differing, _ = checked(contender, SHORT)
     failures = "\n".join(text for end, text in serve(contender).values() if end == "failed")
     assert {row.quantity for row in differing} == {
@@ -221,7 +221,7 @@ def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skip
     ask = Inside._ask
 
     def impatient(self: Inside, question: str, *arguments: Any, is_trial: bool = False) -> Any:
-        if self._late[is_trial] >= PATIENCE:
+        if self._late[is_trial] >= MOST_LATE_ANSWERS:
             raise NotAsked("Answers before took longer.")
         try:
             return ask(self, question, *arguments, is_trial=is_trial)

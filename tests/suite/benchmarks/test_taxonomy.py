@@ -9,7 +9,7 @@ import pytest
 import galvi
 from benchmarks.checks.faults import faulty
 from benchmarks.measures.space_rule_pairs import (
-    OF_ONE_DEGREE,
+    ONE_DEGREE_SPACES,
     SUFFICIENT_POINTS,
     kind_of,
     kinds,
@@ -37,7 +37,7 @@ def methods_of(rows: pd.DataFrame) -> pd.DataFrame:
 def test_every_kind_of_space_meets_every_family_of_rules(table: pd.DataFrame) -> None:
     assert tuple(table.columns) == tuple(COLUMNS)
     cells = set(zip(table["kind"], table["family"], strict=True))
-    assert len(cells) == len(OF_ONE_DEGREE) * len(RULES)
+    assert len(cells) == len(ONE_DEGREE_SPACES) * len(RULES)
     assert not table.duplicated(["kind", "number", "family", "points"]).any()
     assert set(methods_of(table)["kind"]) == set(kinds())
     names = methods_of(table).set_index(["kind", "family", "points"])["name"]
@@ -90,5 +90,5 @@ def test_a_table_that_is_slightly_wrong_is_seen() -> None:
 
 
 def test_kinds_have_names_of_their_own() -> None:
-    names = [kind_of(make) for make in OF_ONE_DEGREE]
+    names = [kind_of(make) for make in ONE_DEGREE_SPACES]
     assert len(set(names)) == len(names) and not any("lambda" in name for name in names)

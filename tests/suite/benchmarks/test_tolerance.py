@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from benchmarks.applications.releases import bounds as limits
 from benchmarks.applications.releases import tolerance as tolerances
-from benchmarks.applications.releases.behaviour import FLOORS
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS
 from benchmarks.applications.releases.bounds import (
     CHAOS,
     FEWEST_FLOORS,
@@ -31,7 +31,7 @@ from benchmarks.applications.releases.tolerance import (
     measure,
     moved_runs,
 )
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.interop.judge import JudgeRequest
 from tests.suite.benchmarks.planted_releases import EULER, FAILS, ROUNDS_MODEL, planted
 
@@ -232,7 +232,7 @@ def faults(tolerance, motions):
                 if bound.reason:
                     continue
                 for sign in (-1.0, 1.0):
-                    fault = np.abs(difference[k] + sign * FLOORS * bound.floor)
+                    fault = np.abs(difference[k] + sign * CHANGE_FLOORS * bound.floor)
                     detected += int((fault > bound.value).sum())
                     planted_ones += fault.size
     return detected, planted_ones
@@ -453,19 +453,21 @@ def test_a_release_that_moves_otherwise_is_not_in_the_bound_and_one_that_rounds_
     )
     otherwise, rounds, fails, absent = tolerance.variants[-4:]
     assert otherwise.floors > 1e6 and not otherwise.is_rounding
-    assert 0.0 < rounds.floors < FLOORS and rounds.is_rounding
+    assert 0.0 < rounds.floors < CHANGE_FLOORS and rounds.is_rounding
     assert "unrecognized attribute" in fails.failure and "No matching" in absent.failure
     assert not fails.is_rounding and not absent.is_rounding
     for name in QUANTITIES:
         for before, after in zip(
             without_releases.bounds[name], tolerance.bounds[name], strict=True
         ):
-            assert before.floor <= after.floor <= FLOORS * before.floor
+            assert before.floor <= after.floor <= CHANGE_FLOORS * before.floor
 
 
 def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_of, tmp_path):
     blown = run_of("box", qvel=[0.0] * 5 + [1e12])
-    with pytest.raises(NotHere, match="your run fails, so that there is nothing to compare"):
+    with pytest.raises(
+        EnvironmentUnavailable, match="your run fails, so that there is nothing to compare"
+    ):
         measured(blown, tmp_path)
     run = run_of("box")
     (motion,) = run.answer([run.request()]).motions
@@ -489,7 +491,7 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
 ):
     run, sentences = run_of("whfast", duration=2.0), []
     monkeypatch.setattr(tolerances, "LONG_SECONDS", 0.0)
-    monkeypatch.setattr(tolerances, "PART", 1e-9)
+    monkeypatch.setattr(tolerances, "PROCESS_SECONDS", 1e-9)
     monkeypatch.setattr(tolerances, "STARTS", 4)
     in_parts = measure(run, (), tmp_path, sentences.append)
     assert "the 9 to come about 0 minutes" in sentences[1]
@@ -497,7 +499,7 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
         "rounding at every step, 0 of 3 runs",
         "rounding at every step, 1 of 3 runs",
     ]
-    monkeypatch.setattr(tolerances, "PART", 100.0)
+    monkeypatch.setattr(tolerances, "PROCESS_SECONDS", 100.0)
     assert np.array_equal(
         in_parts.variants[0].differences, measured(run, tmp_path).variants[0].differences
     )

@@ -10,10 +10,15 @@ import pytest
 import galvi
 from benchmarks.applications.releases import requirements, versions
 from benchmarks.applications.releases.own_run import OwnRun, read_own_run
-from benchmarks.applications.releases.requirements import asked_releases, by_age, installed, listed
+from benchmarks.applications.releases.requirements import (
+    by_age,
+    installed,
+    listed,
+    requested_releases,
+)
 from benchmarks.applications.releases.requirements import requirement as required
 from benchmarks.applications.releases.versions import Versions, compare_releases
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.interop.judge import JudgeRequest
 from references.mujoco.body import mujoco_body
 from reports.tables.versions import changes, rows, sentences
@@ -286,21 +291,21 @@ def test_files_of_one_release_and_runs_in_which_nothing_moves_are_refused(tmp_pa
 
 
 def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
-    assert asked_releases("mujoco", ["4.0.1", "3.6.0", "3.10.0"]) == (
+    assert requested_releases("mujoco", ["4.0.1", "3.6.0", "3.10.0"]) == (
         ["3.6.0", "3.10.0", "4.0.1"],
         False,
     )
-    assert asked_releases("rebound", ["5.2.0 .. 4.0.0"]) == (["4.0.0", "5.2.0"], True)
-    assert asked_releases("rebound", []) == ([*requirements.USUAL["rebound"]], False)
+    assert requested_releases("rebound", ["5.2.0 .. 4.0.0"]) == (["4.0.0", "5.2.0"], True)
+    assert requested_releases("rebound", []) == ([*requirements.USUAL_RELEASES["rebound"]], False)
     for wrong in (["newest"], ["3.6.0.."], ["1.0..2.0..3.0"], ["--upgrade"], ["4"]):
         with pytest.raises(ValueError, match="--releases expects"):
-            asked_releases("mujoco", wrong)
+            requested_releases("mujoco", wrong)
     assert required("mujoco", "4.0.1") == "mujoco-core==4.0.1"
     assert required("mujoco", "3.17.0") == "mujoco==3.17.0"
     assert sorted(["3.10.0", "3.6.0", "2.3.1.post1", "2.3.1"], key=by_age)[0] == "2.3.1"
     printed = {"mujoco": "Available versions: 3.10.0, 3.6.0, 3.6.0rc1", "mujoco-core": "none"}
-    monkeypatch.setattr(requirements, "finished", lambda command: printed[command[-1]])
-    with pytest.raises(NotHere, match="no releases of mujoco-core"):
+    monkeypatch.setattr(requirements, "output_of", lambda command: printed[command[-1]])
+    with pytest.raises(EnvironmentUnavailable, match="no releases of mujoco-core"):
         listed("mujoco")
     printed["mujoco-core"] = "mujoco-core (4.0.1)\nAvailable versions: 4.0.1, 4.0.0\n"
     assert listed("mujoco") == ["3.6.0", "3.10.0", "4.0.0", "4.0.1"]

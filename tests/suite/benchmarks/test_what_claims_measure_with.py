@@ -143,7 +143,7 @@ def test_the_singularity_is_a_branch_point_of_exponent_one_half() -> None:
 
 @pytest.mark.parametrize("case", NONLINEAR, ids=lambda case: case.name)
 def test_a_lipschitz_constant_is_the_largest_curvature_of_its_interval(case: Any) -> None:
-    places, start = case.places(1), case.problem()
+    places, start = case.sample_positions(1), case.problem()
     assert np.max(abs(case.curvature(places))) == pytest.approx(case.lipschitz, rel=1e-15)
     slopes = (case.slope(places + 1e-6) - case.slope(places - 1e-6)) / 2e-6
     assert np.allclose(slopes, case.curvature(places), atol=1e-8)

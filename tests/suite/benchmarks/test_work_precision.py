@@ -226,14 +226,14 @@ def test_all_calls_take_turns_in_the_same_rounds_and_long_ones_in_the_first_of_t
     called: Any,
 ) -> None:
     call, order = called
-    seconds = {"A": 0.1, "B": 2.0 * timing.LONGEST, "C": 0.1}
+    seconds = {"A": 0.1, "B": 2.0 * timing.EVERY_ROUND_SECONDS, "C": 0.1}
     calls = [call(name, duration, slower=0.1) for name, duration in seconds.items()]
     rounds = timing.seconds_in_turn(calls, 4, 0.1)
     assert "".join(order) == "ABC" + "CBA" + "AC" + "CA"
     assert [len(samples) for samples in rounds] == [4, timing.LONG_ROUNDS, 4]
     order.clear()
     (short,) = timing.seconds_in_turn([call("A", 0.01, slower=0.1)], 2, 0.06)
-    assert len(order) == 1 + 2 * timing.PARTS * 2 and len(short) == 2
+    assert len(order) == 1 + 2 * timing.ROUND_PARTS * 2 and len(short) == 2
 
 
 # ---- what a step costs

@@ -26,7 +26,7 @@ from benchmarks.work_precision.problem import (
 )
 from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.problems.arms import brownout, skew_arm
-from benchmarks.work_precision.problems.encounters import MET, clock_label
+from benchmarks.work_precision.problems.encounters import ENCOUNTERS, clock_label
 from benchmarks.work_precision.problems.pendulums import (
     double_pendulum,
     elastic_pendulum,
@@ -41,7 +41,7 @@ from benchmarks.work_precision.problems.planets import (
     solar_system,
 )
 from benchmarks.work_precision.problems.rigid_bodies import (
-    MUJOCO,
+    MUJOCO_CONTENDERS,
     TEXTBOOK_DOP853,
     TEXTBOOK_RK4,
     free_body,
@@ -89,7 +89,7 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
 
 # ---- who takes part
 
-ON_BODIES = {TEXTBOOK_RK4, TEXTBOOK_DOP853, *(engine.name for engine in MUJOCO)}
+ON_BODIES = {TEXTBOOK_RK4, TEXTBOOK_DOP853, *(engine.name for engine in MUJOCO_CONTENDERS)}
 ON_BODIES |= {
     label for chart in CHARTS for label in gauss(4, 6, 8, 10, 12, suffix=f", {chart.name}")
 }
@@ -132,7 +132,7 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
 }
 # relative to the largest entry
 TRUTH_ERRORS = {ATTITUDE: 2e-16, ANGLE: 1e-15, MOTION: 1e-15, COORDINATES: 2e-15}
-for make in MET:
+for make in ENCOUNTERS:
     dominant = make(False).problem.name == "HD 80606 and a companion"
     TAKE_PART[make] = (
         (IN_CLOCKS | {TRACE}, set(), None, "") if dominant else (IN_CLOCKS, {TRACE}, None, "")
@@ -193,7 +193,7 @@ def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
     of_quick, of_full = (
         {case.problem.name for case in work_precision_problems(quick)} for quick in (True, False)
     )
-    met, left_out = {make(False).problem.name for make in MET}, of_full - of_quick
+    met, left_out = {make(False).problem.name for make in ENCOUNTERS}, of_full - of_quick
     assert of_quick < of_full and left_out - met == {"outer solar system after Applegate"}
     assert met - left_out == {"Burrau's problem", "two bodies, e = 0.99"}
 

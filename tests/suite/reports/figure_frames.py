@@ -5,7 +5,7 @@ from __future__ import annotations
 import matplotlib.style
 import numpy as np
 
-from benchmarks.applications.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
+from benchmarks.applications.brownout.step_errors import GRAINS, SAMPLING, STEP_ERROR, WORK
 from benchmarks.store.frames import frame, row
 from reports.figures.picture import STYLE, drawn
 from reports.figures.plots.convergence import convergence
@@ -53,7 +53,7 @@ def _statistics(options):
             error = np.nan if (degree, steps) == (1, 48) else (10.0 / steps) ** (2 * degree)
             where = {"n": degree + 1, "steps": steps}
             rows += [
-                row(study=quantity, quantity=OF_STEP, value=error, **where),
+                row(study=quantity, quantity=STEP_ERROR, value=error, **where),
                 row(study=quantity, quantity=f"{SAMPLING} of it", value=1e-5, **where),
                 row(study=WORK, quantity=WORK, value=5.0 * degree * steps, **where),
             ]

@@ -225,8 +225,8 @@ def test_what_it_printed_is_said_on_standard_error_and_its_first_lines_are_a_row
 def quick_own_problems(monkeypatch):
     """Fewer participants and less patience."""
     monkeypatch.setattr(own, "FIXED", {"Stormer-Verlet": {}})
-    monkeypatch.setattr(own, "OURS", (8,))
-    monkeypatch.setattr(own, "PATIENCE", 0.2)
+    monkeypatch.setattr(own, "GALVI_DEGREES", (8,))
+    monkeypatch.setattr(own, "LADDER_SECONDS", 0.2)
 
 
 def test_the_pages_problem_is_compared_with_the_codes_that_take_it(quick_own_problems, ask):
@@ -249,8 +249,8 @@ def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(quick
         spring = galvi.Canonical(1.0, function, slope)
         case = own.own_problem(galvi.Problem(spring, [1.0, 0.3], [0.0, 0.2]), 5.0, quick=True)
         rows = work_precision.work_precision(quick=True, cases=(case,))
-        differenced = rows["status"].str.contains(own.DIFFERENCED, regex=False)
-        of_newton = rows["contender"].isin(own.OF_NEWTON)
+        differenced = rows["status"].str.contains(own.DIFFERENCED_NOTE, regex=False)
+        of_newton = rows["contender"].isin(own.NEWTON_FORCE_CODES)
         assert of_newton.any() and not of_newton.all()
         assert (differenced == (of_newton & (slope is None))).all()
 

@@ -98,10 +98,11 @@ def test_the_sky_has_external_integrators_too(monkeypatch):
     monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
     sky = ephemeris.ephemeris_table(externals=[Inside.of(Gauss()), Inside.of(Raising())])
     rows = {contender: part for contender, part in sky.groupby("contender")}
-    assert set(rows) == {ephemeris.OURS, ephemeris.IN_FRAME, "a gauss", "raising"}
-    assert len(rows["a gauss"]) == len(rows[ephemeris.OURS]) == 30
+    assert set(rows) == {ephemeris.GALVI_LABEL, ephemeris.FRAME_LABEL, "a gauss", "raising"}
+    assert len(rows["a gauss"]) == len(rows[ephemeris.GALVI_LABEL]) == 30
     galvi_error, gauss_error = (
-        rows[contender]["integration_error_au"].max() for contender in (ephemeris.OURS, "a gauss")
+        rows[contender]["integration_error_au"].max()
+        for contender in (ephemeris.GALVI_LABEL, "a gauss")
     )
     assert galvi_error < 1e-11 < gauss_error
     assert list(rows["raising"]["status"]) == [WHY["raising"]]
@@ -122,6 +123,6 @@ def test_an_integrator_with_our_name_says_where_it_is_from_and_one_that_is_slow_
     assert label_beside(external, ["a gauss 2"]) == "a gauss"
     assert finest(external, body, 3.0, 10)["save_every"] == 8
     assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 3
-    monkeypatch.setattr("benchmarks.work_precision.participants.PATIENCE", 0.0)
+    monkeypatch.setattr("benchmarks.work_precision.participants.ENSEMBLE_SECONDS", 0.0)
     assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 1
     assert len(list(ensemble(Inside.of(Raising()), [body] * 3, 3.0, 10, 100))) == 1

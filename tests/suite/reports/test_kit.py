@@ -17,9 +17,13 @@ import pytest
 
 import galvi
 from benchmarks.applications.kit.models import all_models
-from benchmarks.applications.kit.point_masses import ARENSTORF, PERIOD, all_point_masses
-from benchmarks.applications.kit.truths import DISAGREEMENT, Source, agreed
-from benchmarks.store.isolated_environment import NotHere, environment
+from benchmarks.applications.kit.point_masses import (
+    ARENSTORF_PERIOD,
+    ARENSTORF_START,
+    all_point_masses,
+)
+from benchmarks.applications.kit.truths import LARGEST_DISAGREEMENT, Source, agreed_truth
+from benchmarks.store.isolated_environment import EnvironmentUnavailable, environment
 from references import IAS15, MUJOCO_RK4
 from reports.tables import kit as kit_files
 
@@ -240,10 +244,10 @@ def test_arenstorf_s_orbit_closes_after_the_published_period():
     case = next(case for case in all_point_masses() if case.name == "arenstorf")
     truth = case.truth()
     x, y = truth.q[-1, 2] @ [
-        [math.cos(PERIOD), -math.sin(PERIOD)],
-        [math.sin(PERIOD), math.cos(PERIOD)],
+        [math.cos(ARENSTORF_PERIOD), -math.sin(ARENSTORF_PERIOD)],
+        [math.sin(ARENSTORF_PERIOD), math.cos(ARENSTORF_PERIOD)],
     ]
-    assert len(truth.t) == 11 and math.hypot(x - ARENSTORF[0], y) < truth.error_q[-1]
+    assert len(truth.t) == 11 and math.hypot(x - ARENSTORF_START[0], y) < truth.error_q[-1]
 
 
 def _sources(growth: float) -> tuple[Source, Source]:
@@ -256,13 +260,13 @@ def _sources(growth: float) -> tuple[Source, Source]:
 
 def test_times_at_which_sources_disagree_are_left_out_and_errors_never_fall():
     problem = galvi.Problem(galvi.NBody([1.0]), [[1.0, 1.0]], [[1.0, 1.0]], name="alone")
-    truth = agreed(problem, 1.0, _sources(10.0), problem)
+    truth = agreed_truth(problem, 1.0, _sources(10.0), problem)
     assert len(truth.t) == 4 and truth.error_q[0] == 0.0  # sqrt(2) 1e-9 comes at the fifth
     assert np.all(np.diff(truth.error_q) > 0.0)
     assert np.all(truth.error_q[1:] > 10.0 * math.sqrt(2.0) * 10.0 ** np.arange(-12.0, -9.0))
-    assert truth.error_q[-1] < 20.0 * DISAGREEMENT
+    assert truth.error_q[-1] < 20.0 * LARGEST_DISAGREEMENT
     with pytest.raises(ValueError, match="two sources of the truth of alone must agree"):
-        agreed(problem, 1.0, _sources(1e5), problem)
+        agreed_truth(problem, 1.0, _sources(1e5), problem)
 
 
 @needs_engines
@@ -273,7 +277,7 @@ def test_a_model_that_is_not_that_of_its_closed_form_has_no_truth(monkeypatch):
     assert len(planted.truth().t) == 11  # its closed form is that of what MuJoCo reads
     sources, differences = (model.sources[0], planted.sources[1]), (model.differences, np.subtract)
     with pytest.raises(ValueError, match="must agree"):
-        agreed(model.problem, 5.0, sources, model.problem, differences)
+        agreed_truth(model.problem, 5.0, sources, model.problem, differences)
 
 
 @pytest.mark.parametrize(
@@ -315,7 +319,7 @@ def test_the_whole_kit_is_small_its_tests_pass_and_an_old_mujoco_fails(ask, tmp_
     try:
         with environment(OLD, tmp_path / "old") as python:
             status, text = run_test(kit_folder, "mujoco", str(python))
-    except NotHere as error:
+    except EnvironmentUnavailable as error:
         pytest.skip(f"{OLD} cannot be installed here: {error}")
     turning = {
         (model.name, "integrator='RK4'")
