@@ -33,7 +33,7 @@ from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
 PAGE = "index.html"
-Draw = Callable[..., Iterable[Any]]  # map, or one that does the same in several processes
+Draw = Callable[..., Iterable[Any]]  # map, or its equivalent in several processes
 
 
 def build(
@@ -75,7 +75,7 @@ def build(
 def build_kept(
     suite: Suite, options: Options, single: bool = False, tutorials: bool = False
 ) -> list[str]:
-    """As `publish`; raises ValueError when the folder has no rows, but for the tutorials."""
+    """As `publish`; raises ValueError if the folder has no rows, unless `tutorials` is true."""
     rows = [options.out / name for name in (CLAIMS, TIMES)]
     if not (tutorials or any(file.is_file() for file in rows)):
         raise ValueError(f"{options.out} holds no rows yet; run build, verify or compare first.")
@@ -85,21 +85,21 @@ def build_kept(
 def publish(
     suite: Suite, options: Options, single: bool = False, tutorials: bool = False
 ) -> list[str]:
-    """Figures and site from the rows that earlier commands wrote; nothing is measured.
+    """Write figures and site from the rows of earlier commands, without measuring anything.
 
-    Verdicts are those of the earlier runs. Returns the warnings of Sphinx.
+    The verdicts are those of the earlier runs. Returns the warnings of Sphinx.
 
     Parameters
     ----------
     tutorials
-        run their code for the pages
+        whether to run the code of the tutorials for their pages
     """
     with locked(options.out), SiteBuilder(tutorials) as site:
         return write_pages(kept_report(suite, options), site, single)
 
 
 def kept_report(suite: Suite, options: Options) -> Report:
-    """What the rows in the folder of the report show; without pictures."""
+    """The report of the stored rows in the output folder, without pictures."""
     out = options.out
     origins = read_origins(out)
     origin = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
@@ -125,7 +125,7 @@ def _build(
         sections: Sequence[SectionResult] = (),
         left: Sequence[str] = (),
     ) -> None:
-        """Write the pages; none where a quick build is unfinished."""
+        """Write the pages; an unfinished quick build writes none."""
         if not (left and options.quick):
             provenance = suite.provenance(options.command)
             report = Report(suite, options, checked, comparison, sections, provenance, left=left)

@@ -1,4 +1,4 @@
-"""What a build shows before it has measured everything: claims and headlines, quickly."""
+"""The first pages of a build, before its measurements: quick claims and headline comparisons."""
 
 from __future__ import annotations
 
@@ -21,9 +21,11 @@ PATIENCE = 75.0  # seconds for claims
 
 
 def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
-    """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
+    """The claims and comparisons of the first pages, in their quick form; nothing is stored.
 
-    They are not stored; failures are reported by the build itself."""
+    These are the untimed claims that finish within about PATIENCE seconds, and the comparisons that
+    the headlines show. Failures are left for the build itself to report.
+    """
     start, cache = time.perf_counter(), BuildCache()
     with closing(study_in_workers(claim_studies(suite.claims, quick=True), cache)) as finished:
         for _ in finished:
@@ -41,7 +43,7 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
 
 def remembering(map_figures: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
     """Wrap `map_figures` so that it draws each (figure, table) once."""
-    drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # the table too, so that it keeps its id
+    drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # keeps the table, or its id could be reused
 
     def draw(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
         keys = [(figure.name, id(table)) for figure, table in jobs]

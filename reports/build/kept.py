@@ -1,4 +1,4 @@
-"""Results of earlier commands: shown again, one build at a time."""
+"""Read the rows that earlier commands wrote, and lock the output folder during a build."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ CLAIMS, DURATIONS = "claims.csv", "durations.csv"
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
-    """The claims with rows in claims.csv, with their tables and the verdicts of that time.
+    """The results of the claims with rows in claims.csv; verdicts are those of the stored rows.
 
-    First `claims`, in their order, then those of external integrators that are not among them.
-    Rows of other claims are left out, with a sentence.
+    First come `claims`, in their order, then the claims of external integrators that are not among
+    them. Rows of any other claim are left out, with a warning on stderr.
     """
     rows = read_rows(out / CLAIMS)
     if rows is None:
@@ -86,19 +86,19 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
 
 
 def _without_study(id: str) -> Claim:
-    """A claim of an external integrator, known by its stored rows alone."""
+    """A claim of an external integrator of which only the stored rows exist; its study is empty."""
     title = "an external integrator and the truth"
     return Claim(id, title, lambda *arguments: pd.DataFrame(), lambda measured: [])
 
 
 def kept_comparison(out: Path) -> Comparison:
-    """The times, with the errors that count, and costs of the last comparison."""
+    """The stored tables of the last comparison; None for a table without a readable file."""
     runs = read_rows(out / "work_precision.csv", needed="is_truth")
     return Comparison(None if runs is None else dependable(runs), read_rows(out / "cost.csv"))
 
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:
-    """Each study with the rows that were written."""
+    """A result for each study, with its stored rows; without a file its table is None."""
     section_results = []
     for section in sections:
         table = read_rows(out / f"{section.name}.csv")
@@ -114,7 +114,7 @@ def durations(out: Path) -> dict[str, float]:
 
 
 def _row(line: dict[str, object]) -> Row:
-    """The row of a line; empty numbers are None."""
+    """The row of a line of claims.csv; numbers that are not finite become None."""
     numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBERS}
     texts = {name: str(line[name]) for name in OF_ROWS if name in line and name not in numbers}
     return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -38,12 +38,17 @@ def study(
 
 
 def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
-    """`studies`: do every missing run; returns a sentence for each that raised.
+    """`studies`: make every missing run of the long forms; returns a sentence for each that raised.
 
     Parameters
     ----------
     only
-        names of studies, with commas between; all when empty; ValueError for another name
+        names of studies, separated by commas; "" selects all
+
+    Raises
+    ------
+    ValueError
+        For a name that is no study with a long form.
     """
     failures: list[str] = []
     folder = options.out / FOLDER
@@ -61,7 +66,7 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
             continue
         runs = studies_of[section.name].runs(folder, say)
         missing = [run for run in runs if not run.is_complete()]
-        print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
+        print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are complete.")
         errors = BuildCache().measure(
             Study(run.title, section.name, run.title, run.run) for run in missing
         )

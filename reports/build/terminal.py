@@ -1,4 +1,4 @@
-"""Terminal output: rows of claims with a summary, changes, times at matched error, targets."""
+"""Print rows of claims with a summary, changes, times at matched errors, and targets."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
 MAX_CHANGES = 20  # changes printed
 MAX_PROBLEMS = 6  # problems whose times are all printed
 WIDTHS = {"quantity": 60}  # columns in which longer texts are wrapped
-BOUND = 28  # characters of a bound
+BOUND = 28  # characters of a bound, longer ones are shortened
 ROW = ["claim", "source", "quantity", "bound", "measured", "verdict"]
 NUMBERS = ("measured", "error", "target")  # aligned to the right
 
@@ -55,8 +55,10 @@ def show_changes(changed: pd.DataFrame) -> None:
 
 
 def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
-    """Print a table of times at matched error for each problem; of more than MAX_PROBLEMS
-    those of the headlines alone."""
+    """Print a table of times at matched errors for each problem.
+
+    For more than MAX_PROBLEMS problems, only those that the headlines show are printed.
+    """
     problems = list(ratios["problem"].unique()) if len(ratios) else []
     if len(problems) > MAX_PROBLEMS:
         problems = [
@@ -84,12 +86,12 @@ def show_targets(targets: pd.DataFrame) -> None:
 
 
 def _show_table(table: pd.DataFrame, red: Collection[int] = ()) -> None:
-    """Print texts in columns.
+    """Print a table of texts.
 
     Parameters
     ----------
     red
-        positions of lines whose last cell is red, on a terminal with colours
+        indices of the lines whose last cell is red on a terminal with colours
     """
     lines: list[Sequence[str]] = table.map(visible).to_numpy().tolist()
     for k in red:

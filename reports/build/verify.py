@@ -1,4 +1,4 @@
-"""`verify`: check the claims and agreements; write and print the verdicts, to people and to CI.
+"""`verify`: check the claims and agreements; write and print the verdicts, for people and for CI.
 
 claims.csv    every row; rows of claims that were not selected are kept, with their dates
 durations.csv seconds that the study of each claim took
@@ -46,8 +46,8 @@ from reports.tables.writing import as_markdown, write_table
 IN_SUMMARY = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
 TEXTS = ("source", "claimed", "setup", "reference", "reason")  # of a row, in verify.xml
 CHANGES = ["claim", "quantity", "what", "before", "now"]
-SIGMAS = 2.0  # standard errors of a difference within which a number has not moved
-WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off differs by machine
+SIGMAS = 2.0  # standard errors of a difference, up to which two numbers count as equal
+WITHOUT = 0.1  # relative tolerance of values without uncertainty: round-off differs by machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Verified:
 
     @property
     def share_sentence(self) -> str:
-        """The share of the checks as expected, where `fail_under` is below 100; else ""."""
+        """A sentence on the percentage of expected verdicts; "" where `fail_under` is 100."""
         if self.fail_under == 100.0:
             return ""
         return (
@@ -91,8 +91,11 @@ class Verified:
         )
 
     def cases(self) -> list[JUnitCase]:
-        """A case for each row, for each engine (one that is required and absent fails), and for
-        every other reason for which `verify` fails."""
+        """The test cases: one for each row and engine, and a failure for each unfounded statement,
+        for stated errors of orders that do not cover, and where nothing was measured.
+
+        An engine that is required and absent is a failure too.
+        """
         rows = self.summary.rows
         cases = [
             _case(
@@ -152,7 +155,10 @@ def selected(suite: Suite, options: Options, expression: str, last_failed: bool)
 
 
 def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
-    """The claims with a check that matches."""
+    """The claims with a check that matches a pytest expression.
+
+    Raises typer.BadParameter for an invalid expression, and where no check matches.
+    """
     try:
         compiled = Expression.compile(expression)
     except Exception as error:  # of a class that depends on the version of pytest
@@ -173,7 +179,10 @@ def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
 
 
 def _texts(claim: Claim) -> list[str]:
-    """What names each check of a claim; only its title, where just a measurement shows them."""
+    """A text for each check of a claim, lower case, to match against: id, quantity and source.
+
+    A claim whose checks depend on its measurement has a single text, with its title.
+    """
     try:
         rows = claim.judge(pd.DataFrame())
     except Exception:  # reported when the claim is measured
@@ -195,11 +204,8 @@ def verify(
     cache
         the build's result cache; None stores nothing
     beside
-        other studies of the build
-
-    Notes
-    -----
-    All studies without timings run in two processes, and what they give is in the cache then.
+        other studies of the build; those without timings are measured in the same worker processes
+        as the claims, and their tables are left in `cache`
     """
     cache = cache or BuildCache()
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
@@ -268,10 +274,9 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
 
 
 def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
-    """What changed since earlier rows of the same claims and setting, with CHANGES, as text.
+    """The changes since earlier rows of the same claims and setting, as texts in columns CHANGES.
 
-    A number moved when it differs by more than 2 standard errors of the difference, or, where
-    neither row has an uncertainty, by more than a tenth.
+    A changed number is listed where `moved` is true. Empty where `before` is None.
     """
     if before is None:
         return pd.DataFrame(columns=CHANGES)
@@ -296,7 +301,12 @@ def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
 
 
 def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
-    """Whether two numbers differ by more than their uncertainties, NaN or None where unknown."""
+    """Whether two measured numbers differ significantly.
+
+    They do if they differ by more than SIGMAS standard errors of the difference, or by more than
+    WITHOUT of the larger one if neither has an uncertainty; also if just one number is finite. An
+    uncertainty that is NaN or None is unknown.
+    """
     if not (is_finite(old) and is_finite(new)):
         return is_finite(old) != is_finite(new)
     errors = [error for error in (old_error, new_error) if is_finite(error)]

@@ -1,4 +1,4 @@
-"""`warm`: compile in advance what single runs of galvi's problems call."""
+"""`warm`: compile in advance the kernels that single runs of galvi's problems call."""
 
 from __future__ import annotations
 
@@ -16,14 +16,19 @@ from galvi.charts import CHARTS
 from reports.build.workers import parallel
 
 SOLVERS = ("auto", "newton")
-# Of one vector of stages and of several, of four lanes and of eight: a force on a group has code
-# for each of the kinds that the processor uses.
-POINTS = (4, 8, 12, 16)
+# Stages fill one SIMD vector or several, of four lanes or eight, and a force on a group is compiled
+# separately for each of these cases that the processor uses.
+POINTS = (4, 8, 12, 16)  # quadrature points of the runs
 
 
 def warm(report: Callable[[str], None] = print) -> None:
-    """Run two steps of each of galvi's problems with each kernel, side by side, and report the
-    times."""
+    """Compile the kernels of galvi's problems by runs of two steps, in parallel processes.
+
+    Parameters
+    ----------
+    report
+        called with a sentence on the time of each problem, and with one on the total
+    """
     names, start = known_problems(), time.perf_counter()
     processes = parallel(min(cpu_count(), len(names)), return_as="generator_unordered")
     timings = processes(delayed(warm_problem)(name) for name in names)
@@ -33,7 +38,7 @@ def warm(report: Callable[[str], None] = print) -> None:
 
 
 def known_problems() -> dict[str, Callable[[], galvi.Problem]]:
-    """Makers of galvi's problems, and of two in plain Python, by name."""
+    """Name -> a function that makes the problem, for galvi's problems and two in plain Python."""
     makers = {name: getattr(galvi.problems, name) for name in galvi.problems.__all__}
     makers["functions in Python"] = in_python
     makers["a force in Python"] = partial(in_python, force=lambda q, v: -0.1 * v)
@@ -41,7 +46,7 @@ def known_problems() -> dict[str, Callable[[], galvi.Problem]]:
 
 
 def warm_problem(name: str) -> tuple[str, float]:
-    """Run all variants of a problem; its name, and the seconds that took."""
+    """Run all variants of a problem; returns its name and the seconds that they took."""
     clock = time.perf_counter()
     for variant in variants(known_problems()[name]()):
         run_all(variant)
@@ -62,8 +67,8 @@ def variants(problem: galvi.Problem) -> Iterator[galvi.Problem]:
 
 
 def run_all(problem: galvi.Problem) -> None:
-    """Run with every chart, solver and number of points; how it ends, and the energy at and
-    between steps."""
+    """Run with every chart, solver and number of points, and evaluate the run's status and its
+    energy at and between steps, so that their kernels are compiled, too."""
     step = 1e-2 / max(1.0, abs(problem.v0).max())
     for chart, solver, s in product(CHARTS, SOLVERS, POINTS):
         method = galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart)

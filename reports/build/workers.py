@@ -1,4 +1,4 @@
-"""Studies without timings, and figures, in two processes beside this one."""
+"""Run studies without timings, and draw figures, in two worker processes."""
 
 from __future__ import annotations
 
@@ -27,18 +27,20 @@ FEWEST_STUDIES, FEWEST_FIGURES = 4, 16  # fewer do not repay the start of the pr
 def study_in_workers(
     studies: Sequence[Study], cache: BuildCache
 ) -> Generator[tuple[Study, float], None, None]:
-    """Measure and store the untimed studies that the cache lacks; yield each with its seconds as
-    it finishes. A study that raises is skipped, and so are the remaining ones when a worker dies.
+    """Measure and store the untimed studies that the cache lacks, and yield each finished one with
+    its time in seconds.
 
-    Does nothing for fewer than FEWEST_STUDIES or on a single processor. A worker ends with this
-    process, and where the iterator is closed before its end.
+    A study that raises is skipped; when a worker dies, so are the remaining ones. Nothing is
+    measured for fewer than FEWEST_STUDIES missing studies, or on fewer than WORKERS processors. The
+    workers end with this process, and when the iterator is closed.
     """
     missing = {
         study.name: study for study in studies if not (study.timed or study.name in cache.entries)
     }
     if len(missing) < FEWEST_STUDIES or processors() < WORKERS:
         return
-    # Neighbours need the same kernels, and would wait for each other where these are not compiled.
+    # Neighbouring studies need the same kernels; started together, one would wait for the other to
+    # compile them.
     from_both_ends = dict.fromkeys(
         name for pair in zip(missing, reversed(missing), strict=True) for name in pair
     )
@@ -52,7 +54,7 @@ def study_in_workers(
     except BrokenProcessPool:
         return
     finally:
-        with warnings.catch_warnings(action="ignore"):  # joblib says that it cancels studies
+        with warnings.catch_warnings(action="ignore"):  # joblib warns of the studies it cancels
             measurements.close()
 
 
@@ -64,8 +66,10 @@ def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[
 
 
 def parallel(processes: int, **options: Any) -> Parallel:
-    """Processes of one thread each that print nothing, get their arguments by value, and end with
-    this one."""
+    """A joblib pool of single-threaded processes, which print nothing and end with this process.
+
+    Arguments are passed by value, never as memory maps.
+    """
     warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # loky starts another
     return Parallel(
         processes,
@@ -81,7 +85,7 @@ def parallel(processes: int, **options: Any) -> Parallel:
 def _timed(
     name: str, measure: Callable[[Report], pd.DataFrame]
 ) -> tuple[str, pd.DataFrame, float] | None:
-    """None where the study raised: the build runs it again, and shows why."""
+    """(name, table, seconds) of a study; None if it raised: the build repeats it and shows why."""
     start = time.perf_counter()
     try:
         return name, measure(lambda sentence: None), time.perf_counter() - start
@@ -99,6 +103,7 @@ def _begin(build: int) -> None:
 
 
 def _end_with(build: int) -> None:
+    """Exit this process as soon as the process `build` has ended."""
     with suppress(psutil.NoSuchProcess):  # it ended before this one had begun
         psutil.Process(build).wait()
     os._exit(1)

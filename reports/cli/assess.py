@@ -1,4 +1,4 @@
-"""The commands that assess what is a user's: track, judge, versions, tolerance and convergence."""
+"""The commands that assess a user's code: track, judge, versions, tolerance and convergence."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ def number_or_text(text: str) -> Any:
 
 
 def numbers(text: str) -> list[Any]:
-    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for a text that is no number."""
+    """The numbers of a list with commas: "1,0.5" gives [1, 0.5].
+
+    Raises typer.BadParameter if an entry is not a number."""
     parsed = [number_or_text(word) for word in comma_separated(text)]
     if any(isinstance(entry, str) for entry in parsed):
         raise typer.BadParameter(f"Expected numbers, separated by commas; received {text!r}.")
@@ -42,8 +44,11 @@ def numbers(text: str) -> list[Any]:
 
 
 def setting(text: str) -> dict[str, Any]:
-    """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers, true and false
-    where they are. Raises typer.BadParameter for a part that is not name=value."""
+    """The mapping of a list of name=value: "integrator=whfast,dt=0.1" gives
+    {"integrator": "whfast", "dt": 0.1}.
+
+    Values that are numbers, true or false are converted. Raises typer.BadParameter for a part that
+    is not name=value."""
     settings: dict[str, Any] = {}
     for part in comma_separated(text):
         name, _, value = (word.strip() for word in part.partition("="))

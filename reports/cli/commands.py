@@ -48,7 +48,7 @@ COMMANDS: Mapping[str, Callable[..., int]] = {
 
 
 def show_version(requested: bool) -> None:
-    """Print the versions that results depend on, and end."""
+    """Print the versions of galvi, Python and its main dependencies, and exit, if `requested`."""
     if requested:
         versions = (f"{name} {metadata.version(name)}" for name in ("numpy", "numba"))
         print(f"galvi {galvi_version()}")
@@ -71,8 +71,10 @@ def everything(
 
 
 def application() -> typer.Typer:
-    """The typer application; its commands return the exit status, and expect an Invocation as
-    their context's `obj`."""
+    """The typer application.
+
+    Its commands return the exit status, and expect an Invocation as `obj` of their context.
+    """
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.callback()(everything)
     for name, command in COMMANDS.items():
@@ -86,9 +88,9 @@ def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str]
     Parameters
     ----------
     load
-        the suite, imported when called
+        returns the suite, which it imports
     called
-        the words before the arguments, as usage and provenance name the command
+        words before the arguments, as shown in usage messages and in the provenance
     """
     return ended(lambda: _run(load, list(arguments), called))
 

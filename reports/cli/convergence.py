@@ -61,7 +61,16 @@ def request_of(
 
 
 def _method(word: str) -> tuple[str, Any]:
-    """The name, "" for the code's own, and the method of a word of --method."""
+    """(name, method) of a word of --method; the name is "" where the method has its own.
+
+    Raises
+    ------
+    ValueError
+        For a degree that is no whole number, and for a path to another object than a
+        galvi.Galerkin.
+    ContenderError
+        For a path that cannot be loaded.
+    """
     if word.startswith(GAUSS):
         degree = word.removeprefix(GAUSS)
         if not degree.isdigit():
@@ -79,7 +88,7 @@ def _method(word: str) -> tuple[str, Any]:
 
 
 def order_table(request: ConvergenceRequest, timeout: float | None, command: str) -> OrderTable:
-    """The table that is asked for; shows its progress. Raises REFUSALS for what cannot be run."""
+    """The order table of a request. Progress goes to stderr. Raises REFUSALS if it cannot run."""
     with opened(request, timeout or LIMIT) as methods:
         truth = truth_of_request(request, methods, progress)
         participants = with_settings(methods, request, truth)
@@ -92,7 +101,7 @@ def order_table(request: ConvergenceRequest, timeout: float | None, command: str
 
 
 def write_json(table: OrderTable, out: Path) -> int:
-    """Write the JSON that `galvi.convergence` reads: the columns, and `attrs` of the table."""
+    """Write the JSON from which `galvi.convergence` makes a table with `attrs`; returns 0."""
     document = {
         "problem": table.problem.name,
         "duration": table.duration,
@@ -108,7 +117,7 @@ def write_json(table: OrderTable, out: Path) -> int:
 
 
 def write_results(table: OrderTable, out: Path) -> int:
-    """Write tables and figures, and print the orders; 0, or 1 when a run failed."""
+    """Write tables and figures, and print the orders; returns 1 if a run failed, else 0."""
     files = [*write_orders(table, out), *_figures(table, out)]
     for sentence in sentences(table):
         print(visible(sentence))
@@ -117,7 +126,8 @@ def write_results(table: OrderTable, out: Path) -> int:
 
 
 def _figures(table: OrderTable, folder: Path) -> list[Path]:
-    """The figure in the width of a page and of a column; none where no run has an error."""
+    """Write the figure in the width of a page and of a column; returns the paths, an empty list
+    where no run has an error."""
     figure = Figure(
         COMMAND,
         caption(table, "Errors of methods"),

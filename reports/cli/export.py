@@ -31,7 +31,7 @@ Figures = Mapping[str, tuple[Figure, pd.DataFrame | None]]
 
 
 def list_all(known_tables: Iterable[str], known_figures: Figures) -> None:
-    """Print the names of the tables, and those of the figures with their titles."""
+    """Print the names of the tables, and the names and titles of the figures."""
     for name in known_tables:
         print(f"{name}  table")
     for name, (figure, _) in known_figures.items():
@@ -39,13 +39,13 @@ def list_all(known_tables: Iterable[str], known_figures: Figures) -> None:
 
 
 def tables(out: Path) -> dict[str, Path]:
-    """Paths of a report's tables by name: those beside its page, then those in tables/."""
+    """Name -> path of each table of a report; one beside its page precedes one in tables/."""
     beside = {path.stem: path for path in sorted(out.glob("*.csv"))}
     return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside
 
 
 def figures(suite: Suite, out: Path) -> Figures:
-    """All figures of a report by name, each with its rows, None where these are not kept."""
+    """Name -> (figure, rows) of all figures of a report; the rows are None if none are stored."""
     stored = (
         kept_claims(out, suite.claims),
         kept_comparison(out),
@@ -57,8 +57,9 @@ def figures(suite: Suite, out: Path) -> Figures:
 def export_figures(
     catalogue: Figures, out: Path, name: str, form: str, width: str, to: Path | None
 ) -> None:
-    """Draw the figure `name`, or for "" every one whose rows are kept, in the width of a column or
-    a page, and print the paths.
+    """Draw the figure `name` in the width of a column or a page, and print its path.
+
+    For "" every figure whose rows are stored is drawn; one that cannot be drawn is named on stdout.
 
     Parameters
     ----------
@@ -67,7 +68,8 @@ def export_figures(
 
     Notes
     -----
-    Raises typer.BadParameter for an unknown figure, and where rows are not kept or cannot be drawn.
+    Raises typer.BadParameter for the name of a table, for an unknown figure, for one whose rows are
+    not stored or cannot be drawn, and for "" where no rows are stored.
     """
     if name in tables(out):
         raise typer.BadParameter(
@@ -96,8 +98,11 @@ def export_figures(
 
 
 def write_figure(figure: Figure, table: pd.DataFrame, path: Path, form: str, width: str) -> Path:
-    """Draw a figure, fonts embedded, into a file, with its caption beside it; returns its path.
-    Raises NoData where there is nothing to draw."""
+    """Draw a figure into a file, fonts embedded; returns its path.
+
+    Its caption goes to files beside it, as text and as LaTeX, unless `path` is a pipe or standard
+    output. Raises NoData if there is nothing to draw.
+    """
     write(path, sized(figure, table, form, WIDTHS[width]))
     if path.is_file() and open_descriptor(path) is None:  # else a pipe, or standard output
         caption = f"{figure.title.rstrip('.')}. {figure.caption}".strip()
@@ -123,24 +128,26 @@ def export_table(
     columns: Sequence[str] = (),
     sort: Sequence[str] = (),
 ) -> None:
-    """Write the table `name` of the report in `out`, or NUMBERS, its numbers as LaTeX macros; print
-    the path.
+    """Write the table `name` of the report in `out`, and print the path.
+
+    For NUMBERS and "latex", the report's numbers are written as LaTeX macros.
 
     Parameters
     ----------
     to
         the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
     where
-        "column=value": rows to take, which have the value, a text or a number
+        "column=value" with a text or a number: only rows that meet every condition are written
     columns
-        those to take, in this order; () for all
+        columns to write, in this order; () for all
     sort
         columns, most significant first; "-seconds" sorts in descending order
 
     Notes
     -----
     Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
-    Raises typer.BadParameter for a table that cannot be read, an unknown column or value.
+    Raises typer.BadParameter for a table that cannot be read, for a malformed condition, and for an
+    unknown column or value.
     """
     path = to or out / "tables" / f"{name}{SUFFIXES[form]}"
     if name == NUMBERS and form == "latex":
@@ -160,7 +167,7 @@ def export_table(
 
 
 def with_bounds(table: pd.DataFrame, columns: Sequence[str]) -> Sequence[str]:
-    """The columns, and after errors whether each is a bound where any of them is one."""
+    """The columns, with "error_is_bound" appended if they have errors, some of which are bounds."""
     if "error" not in columns or "error_is_bound" in columns or "error_is_bound" not in table:
         return columns
     return [*columns, *(["error_is_bound"] * bool(table["error_is_bound"].any()))]
@@ -190,6 +197,7 @@ def selected(
 
 
 def _formatted(table: pd.DataFrame, form: str, name: str, caption: str) -> str | bytes:
+    """The content of a file: csv, parquet, latex or markdown; name and caption are for LaTeX."""
     if form == "csv":
         return as_csv(table)
     if form == "parquet":

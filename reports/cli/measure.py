@@ -195,7 +195,7 @@ def warm_kernels() -> int:
 
 
 def _print_failures(failures: Iterable[str]) -> bool:
-    """Print each sentence once, on stderr; returns whether there was any, besides ""."""
+    """Print each distinct sentence on stderr, omitting ""; returns whether any was printed."""
     sentences = dict.fromkeys(filter(None, failures))
     for sentence in sentences:
         print(sentence, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""The options that several commands share, each declared once, and how their texts are read."""
+"""Options that several commands share, and the parsers of their texts."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from reports.results.suite import Suite
 
 LONGEST_TIMEOUT = 86_400  # seconds: a day
-LISTED = 20  # words that are listed where another one is typed
+LISTED = 20  # largest number of choices that a message lists
 
 
 @dataclass(frozen=True)
 class Invocation:
-    """The context's `obj`: what a command gets besides its options.
+    """The `obj` of a command's context.
 
     Attributes
     ----------
     load
-        the suite, imported when called
+        returns the suite, which it imports
     command
-        as typed
+        the command line as typed
     called
-        the words before the command, such as "galvi"
+        the words before the command's name, such as "galvi"
     """
 
     load: Callable[[], Suite]
@@ -43,8 +43,7 @@ class Invocation:
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
-    """Parser of an option: the entries of a list with commas. Raises typer.BadParameter where there
-    are none."""
+    """The entries of a text, separated by commas. Raises typer.BadParameter if there are none."""
     entries = tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
     if not entries:
         raise typer.BadParameter(f"Expected words, separated by commas; received {text!r}.")
@@ -93,7 +92,7 @@ Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Output folder."
 
 
 def typed(context: typer.Context, parameter: str) -> bool:
-    """Whether the parameter is from the command line, not a default or from the project's table."""
+    """Whether the parameter was given on the command line, not by default or by TABLE."""
     source = context.get_parameter_source(parameter)
     return source is not None and source.name == "COMMANDLINE"
 
@@ -106,9 +105,10 @@ def options_of(
     require: Sequence[str] | None = None,
     **fields: Any,
 ) -> Options:
-    """The options of a command on the suite, whose output folder is made; `fields` as in Options.
+    """The options of a command on the suite; `fields` are further fields of Options.
 
-    Raises typer.BadParameter for claims and engines that are not there.
+    Makes the output folder. Raises typer.BadParameter for a folder that is not writable, and for
+    unknown claims and engines.
     """
     chosen = choose_claims(claims or (), suite.claims)
     engines = tuple(dict.fromkeys(require or ()))
@@ -125,8 +125,10 @@ def options_of(
 
 
 def output_folder(out: Path, option: str = "--out") -> Path:
-    """Make the folder that an option names, and return it. Raises typer.BadParameter where nothing
-    can be written in it."""
+    """Make the folder that an option names, and return it.
+
+    Raises typer.BadParameter if the folder cannot be made or is not writable.
+    """
     try:
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
@@ -140,7 +142,7 @@ def output_folder(out: Path, option: str = "--out") -> Path:
 
 
 def check_known(kind: str, word: str, choices: Collection[str]) -> None:
-    """Raise typer.BadParameter, naming the nearest choice, for a word that is no choice."""
+    """Raise typer.BadParameter, with the nearest choice, if `word` is not among the choices."""
     if word not in choices:
         among = f" among {', '.join(choices)}" if 0 < len(choices) <= LISTED else ""
         hint = f"did you mean {nearest(word, choices)!r}?" if choices else "there are none here."
@@ -153,8 +155,8 @@ def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[st
     Parameters
     ----------
     selection
-        ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong to
-        external integrators; the parts of a place that has a comma are joined again
+        ids, places in the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all claims of
+        external integrators; the parts of a single place that has commas are joined again
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""The table [tool.galvi] of a project's pyproject.toml: what commands take by default."""
+"""The table [tool.galvi] of a project's pyproject.toml: defaults of the commands' options."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from galvi.repository import repository_of
 from references.setting import nearest
 
 FILE, TABLE = "pyproject.toml", "[tool.galvi]"
-CONTENDERS_CLAIMS = "contenders"  # in --claims: those of all external integrators
+CONTENDERS_CLAIMS = "contenders"  # value of --claims: the claims of all external integrators
 KINDS: Mapping[str, type] = {
     "contenders": list,
     "problems": list,
@@ -32,10 +32,10 @@ EXPECTED = {
     bool: "true or false",
     str: "a text",
 }
-PARAMETERS = {"contenders": "contender", "problems": "problem"}  # of commands, else as the key
-WORDS = ("claims", "require")  # on the command line words with commas
-COMMANDS = ("verify", "compare", "build", "track")  # that take all of their defaults from the table
-FOLDERS = {  # command -> its folder in the output folder
+PARAMETERS = {"contenders": "contender", "problems": "problem"}  # key -> another parameter name
+WORDS = ("claims", "require")  # keys whose command-line options are lists with commas
+COMMANDS = ("verify", "compare", "build", "track")  # get all defaults; others get `out` alone
+FOLDERS = {  # command -> its subfolder of `out`
     **dict.fromkeys((*COMMANDS, "studies", "export", "merge", "readme"), ""),
     "judge": "judge",
     "versions": "versions",
@@ -45,11 +45,11 @@ FOLDERS = {  # command -> its folder in the output folder
 
 
 def defaults(directory: Path) -> dict[str, dict[str, Any]]:
-    """Command -> parameter -> default, from the table of the project that this folder is in.
+    """Command -> parameter -> default, from the project's table; {} without one.
 
-    That is the folder's own pyproject.toml or, where this has no [tool.galvi], that of the
-    repository's root. Raises typer.BadParameter for a file that cannot be read, an unknown key, and
-    a value of another type.
+    The table is taken from the folder's own pyproject.toml or, if that has no [tool.galvi], from
+    that of the repository's root. Raises typer.BadParameter for a file that cannot be read, an
+    unknown key, and a value of another type.
     """
     for folder in dict.fromkeys((directory, repository_of(directory))):
         table = read_table(folder / FILE)
@@ -96,7 +96,8 @@ def read_table(file: Path) -> Mapping[str, Any] | None:
 
 
 def _fits(value: Any, kind: type) -> bool:
-    """Whether a value of TOML is of this type; a list has texts, and a number may be whole."""
+    """Whether a TOML value has the type `kind`: a list must be of texts and not empty, and an int
+    counts as a float."""
     if isinstance(value, list):
         return kind is list and bool(value) and all(isinstance(text, str) for text in value)
     return type(value) is kind or (kind is float and type(value) is int)

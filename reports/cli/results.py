@@ -97,8 +97,11 @@ def export(
 
 
 def _export_kit(context: typer.Context, to: Path | None, out: Path) -> int:
-    """Write the kit, and print its folder. Raises typer.BadParameter for options that it does not
-    take, and for a folder with other contents or in which nothing can be written."""
+    """Write the kit, and print its folder.
+
+    Raises typer.BadParameter for an option that the kit does not take, and for a folder that has
+    other contents or is not writable.
+    """
     for parameter in context.command.params:
         if parameter.name not in KIT_TAKES and typed(context, parameter.name or ""):
             raise typer.BadParameter(
@@ -120,7 +123,7 @@ def _export_kit(context: typer.Context, to: Path | None, out: Path) -> int:
 
 
 def _check_tables(context: typer.Context, out: Path, names: Sequence[str], form: str) -> None:
-    """Raises typer.BadParameter where there is no table, or none of one of these names."""
+    """Raise typer.BadParameter if `out` has no tables, or none of one of these names."""
     from reports.cli import export as work
 
     tables = [*work.tables(out)]

@@ -59,7 +59,7 @@ def track_command(
     timeout
         seconds for each answer of a side; None for the default
     thresholds
-        what counts as worse in the contenders
+        increases of a contender's time and error that count as worse
 
     Notes
     -----
@@ -89,7 +89,11 @@ def track_command(
 
 
 def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
-    """Benchmarks whose name contains one of the texts; without texts, the quick ones or all."""
+    """The benchmarks whose names contain one of the texts, in any case.
+
+    Without texts, the quick benchmarks if `quick`, else all. Raises typer.BadParameter for a text
+    that no name contains.
+    """
     for text in only:
         if not any(text.lower() in case.name.lower() for case in CASES):
             raise typer.BadParameter(
@@ -109,20 +113,26 @@ def track_against(
     isolate: bool,
     limit: float = SECONDS,
 ) -> int:
-    """Compare the working tree with a revision; print, and write against.md, against.json,
-    track.xml, track-*.json and, of another project's integrators, a bench for the history.
+    """Compare the working tree with a revision; print the outcome, and write against.md,
+    against.json, track.xml, track-*.json and, where the yardstick was timed, a bench for the
+    history.
 
     Parameters
     ----------
     both
-        a context of base and head
+        a context that yields base and head
     limit
         seconds for each answer of a side
 
     Returns
     -------
     int
-        0 when nothing got worse, 1 when something did. Raises CannotCompare.
+        The exit status: 1 if something got worse, else 0.
+
+    Raises
+    ------
+    CannotCompare
+        If no benchmark could be compared, unless all integrators are new.
     """
     with ExitStack() as stack:
         # SIGTERM acts as an interrupt, so that folders and processes are cleaned up.

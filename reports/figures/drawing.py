@@ -1,4 +1,4 @@
-"""Draw every figure of the report, with a sentence for each that could not be drawn."""
+"""Draw all figures of the report, with a sentence for each that could not be drawn."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ UNITS = {
 
 
 NOT_COMPACT = ("heyoka, chains", "heyoka, Lagrangians")
-NOT_DONE = {  # by galvi, of what the codes beside it do
+NOT_DONE = {  # quantity -> a sentence on features of the other codes that galvi lacks
     POSITION: "galvi merges and bounces nothing, and sums all pairs of bodies directly.",
     COORDINATES: "galvi has no constraints between coordinates.",
 }
@@ -51,7 +51,7 @@ BODIES_NOT_DONE = "galvi has no contacts, joint limits or closed loops, which Mu
 
 
 def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
-    """Errors against times on one problem; who is fastest where is its title."""
+    """The figure of errors against times on one problem; its title says who is fastest where."""
     quantity = str(runs["quantity"].iloc[0])
     who = summary_sentences(matched(runs))
     return Figure(
@@ -101,7 +101,7 @@ def draw(
     Parameters
     ----------
     map_figures
-        map, or one that does the same in several processes
+        map, or its equivalent in several processes
     """
     wanted = list(drawable(checked, comparison, sections))
     measured = [(figure, table) for figure, table in wanted if table is not None]
@@ -124,7 +124,7 @@ def drawable(
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
 ) -> Iterator[tuple[Figure, pd.DataFrame | None]]:
-    """Every figure with the table it is drawn from; None where that was not measured."""
+    """Every figure with the table that it is drawn from, None if that was not measured."""
     for figure in FIGURES:
         source = first_measured(checked, figure.claims)
         yield figure, None if source is None else source.table
@@ -140,8 +140,7 @@ def drawable(
 
 
 def save(gallery: Gallery, folder: Path) -> None:
-    """Write NAME.svg, NAME.png and NAME-narrow.svg, and remove the earlier files of figures that
-    are missing now."""
+    """Write the files of all pictures, and remove the earlier files of figures that are missing."""
     for drawn in gallery.pictures.values():
         write_files(drawn, folder)
     for name in gallery.missing:
@@ -150,7 +149,7 @@ def save(gallery: Gallery, folder: Path) -> None:
 
 
 def _drawn(job: tuple[Figure, pd.DataFrame]) -> Picture | str:
-    """The picture, or why there is none."""
+    """The picture of a (figure, table), or the message of the exception that drawing it raised."""
     try:
         return picture(*job)
     except Exception as error:

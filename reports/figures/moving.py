@@ -1,7 +1,8 @@
-"""Pictures that move: artists that are shown in one of several frames.
+"""Moving pictures: artists that are shown in one of several frames.
 
-Only those of the last frame are visible, as in a PNG. In an animated SVG all are, each during its
-frame, by SMIL, which browsers follow in images too; where it is not followed, the last is shown.
+A PNG shows the artists of the last frame. An animated SVG holds those of all frames, each of them
+visible during its frame, by SMIL, which browsers support in images, too; without that support the
+last frame is shown.
 """
 
 from __future__ import annotations
@@ -12,24 +13,24 @@ from collections.abc import Iterable
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-SECONDS = 0.25  # of a frame
+SECONDS = 0.25  # duration of a frame
 GROUP = re.compile(rb'<g id="frame-(\d+)-of-(\d+)-\d+">')
 
 
 def in_frame(artists: Iterable[Artist], frame: int, frames: int) -> None:
-    """Show the artists in a frame only, counted from 0."""
+    """Assign the artists to a frame, counted from 0; only those of the last frame stay visible."""
     for k, artist in enumerate(artists):
         artist.set(gid=f"frame-{frame}-of-{frames}-{k}", visible=frame == frames - 1)
 
 
 def show_all_frames(figure: Figure) -> None:
-    """Make all frames visible, before an SVG is written that is then animated."""
+    """Make the artists of all frames visible, so that an SVG that is written next has them all."""
     for artist in figure.findobj(lambda artist: (artist.get_gid() or "").startswith("frame-")):
         artist.set_visible(True)
 
 
 def animated(svg: bytes) -> bytes:
-    """The SVG with the times of its frames; the same bytes where there are none."""
+    """The SVG with an animation for each frame; unchanged where it has no frames."""
     return GROUP.sub(_timed, svg)
 
 

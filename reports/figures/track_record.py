@@ -13,16 +13,19 @@ from reports.figures.style.decades import readable
 from reports.figures.style.identities import COLOURS, GUIDE
 from reports.figures.style.layout import split
 
-COMMITS = 12  # more are not all named
+COMMITS = 12  # largest number of commits that are named on the axis
 
 
 def track_record(axes: Axes, table: pd.DataFrame, *, panels: Sequence[Any]) -> None:
-    """Stacked panels over the same benchmark runs, in order.
+    """Draw stacked panels over the same benchmark runs.
 
     Parameters
     ----------
+    table
+        a row for each run, with its commit
     panels
-        (label, values, changes, logarithmic)
+        (label, values, changes, logarithmic) of each panel; a dashed line precedes each run whose
+        index is in `changes`
     """
     commits = [commit[:8] for commit in table["commit"]]
     stride = -(-len(commits) // COMMITS)

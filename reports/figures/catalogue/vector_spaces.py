@@ -22,7 +22,10 @@ POSITION = "largest error of the position [unit of length]"
 
 
 def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
-    """The figure of a motion whose third derivative jumps, with a line for each N."""
+    """The figure of a quantity for a motion whose third derivative jumps, a line for each N.
+
+    The claimed rate in h is min(SMOOTHNESS, N + 1) - `minus`.
+    """
     return Figure(
         name=f"best-approximation-{quantity.replace('_', '-')}",
         source="M sec. 5",

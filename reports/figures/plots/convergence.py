@@ -23,14 +23,14 @@ from reports.tables.number_format import concise, is_finite
 
 @dataclass(frozen=True)
 class Refinement:
-    """What is refined.
+    """The axis and the rates of a kind of refinement.
 
     Attributes
     ----------
     xlabel, xscale
-        of the horizontal axis
+        label and scale of the horizontal axis
     rate
-        format of the text of a rate
+        format string of a rate
     """
 
     xlabel: str
@@ -50,7 +50,7 @@ class Rate:
     Attributes
     ----------
     study, quantity
-        which rows of the claim's table
+        select the rows of the claim's table
     label
         text in the legend
     floor
@@ -64,9 +64,9 @@ class Rate:
     until
         largest h of the fit, where the claim concerns small h only
     algebraic
-        of an n-refinement: errors fall like a power of the degree N = n - 1
+        whether errors of an n-refinement fall like a power of the degree N = n - 1
     power
-        exponent of a known factor n^-power, and its error
+        exponent p of a known factor n^-p of the errors, and its uncertainty
     """
 
     study: str
@@ -82,11 +82,11 @@ class Rate:
 
     @property
     def refinement(self) -> Refinement:
-        """The refinement: of n, of h, or of the degree N, drawn as 1 / N."""
+        """IN_H if `n` is given; else IN_DEGREE, drawn over 1 / N, if `algebraic`, or IN_N."""
         return IN_H if self.n is not None else IN_DEGREE if self.algebraic else IN_N
 
     def measured(self, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-        """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
+        """(n, h or 1 / N; errors), from coarse to fine; the error of a failed run is NaN."""
         where = {"study": self.study, "quantity": self.quantity}
         if self.n is not None:
             return series(table, "step", n=self.n, **where)
@@ -102,7 +102,7 @@ class Rate:
         return algebraic(x[used], error[used], floor=self.floor)
 
     def text(self, fit: Fit) -> str:
-        """The label with the fitted and the claimed rate, where known."""
+        """The label, with the fitted rate if it is finite, and with the claimed one, if any."""
         text = self.label
         if is_finite(fit.rate):
             factor = f"n^{{-{fit.power:g}}}" if fit.power else ""
@@ -123,7 +123,7 @@ def in_h(
     start: float = 0.0,
     degrees: bool = False,
 ) -> tuple[Rate, ...]:
-    """The h-refinement of each n; labels name the degrees N = n - 1 where these are asked for."""
+    """The h-refinement of each n; with `degrees`, labels show N = n - 1 in place of n."""
     return tuple(
         Rate(
             study, quantity, f"$N={n - 1}$" if degrees else f"$n={n}$", floor, claimed(n), n, start
@@ -132,7 +132,7 @@ def in_h(
     )
 
 
-ABOVE = 6.0  # points, of a claimed rate above those that it is claimed of
+ABOVE = 6.0  # typographic points between the errors of a fit and the line of the claimed rate
 HOLLOW = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
 CLAIMED = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
 UNUSED = "not in the fit, or not resolved"
@@ -148,13 +148,15 @@ def convergence(
     top: float = np.inf,
     unit: str = "unit of time",
 ) -> None:
-    """Errors on a logarithmic axis under refinement of n, of h, or of the degree N, which falls to
-    the right; points that are not in the fit are hollow.
+    """Draw errors under refinement of n, h, or the degree N, over n, h or 1 / N; points that are not
+    in the fit are hollow.
 
     Parameters
     ----------
     top
-        larger errors, of unstable runs, are shown as an arrow and a number at the edge
+        larger errors, of unstable runs, are shown as a triangle and a power of ten at this height
+    unit
+        of the step size
     """
     refined = rates[0].refinement
     axes.set(
@@ -206,14 +208,14 @@ def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndar
 
 
 def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], hollow: str) -> None:
-    """A thin line through all points, which are hollow where they are not `filled`.
+    """Draw a thin line through all points, and their marks, hollow where `filled` is false.
 
     Parameters
     ----------
     x, y, filled
         arrays, or columns of one table
     hollow
-        what that means, for the legend
+        label of hollow marks in the legend
     """
     axes.plot(x, y, **{**style, "marker": ""}, linewidth=0.6, alpha=0.5)
     marks = {**style, "linestyle": "none"}

@@ -15,7 +15,7 @@ from reports.figures.style.decades import power_of_ten
 from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line_color
 from reports.figures.style.layout import NoData, mark_rounding, split
 
-TIME, STEP = "t", "step"  # columns of the horizontal axis; else it is a quantity of the same runs
+TIME, STEP = "t", "step"  # columns for the horizontal axis, which may also show a quantity
 SMALLEST_DRAWN = 1e-17  # drawn in place of an error of 0
 LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
 
@@ -23,12 +23,14 @@ LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
 def curve(
     table: pd.DataFrame, study: str, quantity: str, against: str = TIME
 ) -> tuple[Array, Array]:
-    """Finite pairs of a study, in the order of times or of numbers of steps.
+    """The finite pairs (x, y) of a study, sorted by time and number of steps, as two arrays.
 
     Parameters
     ----------
+    quantity
+        whose values are y
     against
-        a column, or a quantity that is paired by the number of steps
+        a column for x, or a quantity, whose values are matched by the number of steps
     """
     rows = pick(table, study=study, quantity=quantity).sort_values(["t", "steps"])
     if against not in rows:
@@ -54,21 +56,22 @@ def lines(
     unit: float = 1.0,
     signed: bool = False,
 ) -> None:
-    """The size of a quantity, a line for each study in `labels` (study -> text); a cross where a
-    run in time failed.
+    """Draw the absolute value of a quantity, a line for each study in `labels` (study -> text).
+
+    A line over time ends with a cross if one of its rows has a status.
 
     Parameters
     ----------
     against
-        time, the step, which falls to the right, or a quantity of the same runs
+        TIME, STEP, which falls to the right, or a quantity of the same runs
     between
-        quantities of the same runs, from which to which there is a bar; none where empty
+        two such quantities, between which horizontal bars are drawn; () for no bars
     floor
-        drawn in place of smaller sizes
+        drawn in place of smaller values
     unit
-        of the horizontal axis, in the table's
+        of the horizontal axis, in units of the table
     signed
-        the quantity with its sign; the caller sets the scale of the vertical axis
+        whether to draw the sign, too; the caller then sets the scale of the vertical axis
     """
     axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
     for k, (study, text) in enumerate(labels.items()):
@@ -89,20 +92,20 @@ def lines(
         axes.invert_xaxis()
 
 
-LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
+LINEAR = 1e-3  # relative changes below this are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
 
 
 def energies(
     axes: Axes, table: pd.DataFrame, *, quantity: str, labels: Mapping[str, str], unit: float
 ) -> None:
-    """The change of a quantity, with its sign, for each study in `labels` (study -> text); a cross
-    where a run ended early.
+    """Draw the signed change of a quantity over time for each study in `labels` (study -> text); a
+    cross marks the end of a run with a status.
 
     Parameters
     ----------
     unit
-        year of the time axis, in the table's unit of time
+        a year, in the table's unit of time
     """
     lines(
         axes,
@@ -133,15 +136,16 @@ def history(
     xlabel: str = PERIODS,
     rounding: bool = False,
 ) -> None:
-    """Values at step ends, over a band that spans the values of the first half.
+    """Draw values at step ends over a band that spans the values of the first half.
 
-    An error that grows with time leaves the band in the second half.
+    An error that grows with time leaves the band in the second half. Raises NoData if no value is
+    finite.
 
     Parameters
     ----------
     rounding
-        in units of the machine epsilon, with guides in place of the band that grow as the square
-        root of the time and as the time, to the mean of the last tenth
+        whether to draw in units of the machine epsilon, with two guides in place of the band: they
+        grow as the square root of the time and as the time, up to the mean of the last tenth
     """
     t, value = curve(table, "history", quantity)
     if not t.size:
@@ -171,7 +175,7 @@ def history(
 def departures(
     axes: Axes, table: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
 ) -> None:
-    """A panel for each quantity, both axes logarithmic, times from the second sample on."""
+    """Draw a panel for each quantity, both axes logarithmic, so that t = 0 is not shown."""
     for panel, quantity in zip(
         split(axes, len(quantities), min_width=3.0), quantities, strict=True
     ):
@@ -193,15 +197,21 @@ def jumps(
     change: str,
     limit: tuple[float, str],
 ) -> None:
-    """First panel: |quantity| of each study in `runs`; a cross where one ends early. Second: for
-    each study in `steps`, `change` against `turn` at the same times.
+    """Draw |quantity| of each study in `runs` in the first panel, and in the second, for each study
+    in `steps`, `change` against `turn` at the same times.
+
+    Raises NoData for a study in `steps` without both quantities.
 
     Parameters
     ----------
+    runs
+        study -> text
     steps
         study -> (text, colour)
+    turn, change
+        quantities: rotation angle of a step in radians, and what changed in the step
     limit
-        an angle to mark, and its label
+        an angle in radians to mark, and its label
     """
     left, right = split(axes, 2, min_width=3.0)
     lines(
@@ -236,8 +246,8 @@ def jumps(
 def limits(
     axes: Axes, table: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
 ) -> None:
-    """For each chart (a study), the error against the rotation angle; crosses above where runs
-    failed.
+    """Draw the error against the rotation angle for each chart; failed runs are crosses above the
+    axes.
 
     Parameters
     ----------
@@ -280,8 +290,17 @@ GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
 
 
 def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
-    """A line for each degree, of the errors of the step that were solved, over the evaluations; an
-    error below its standard error is an arrow at their sum, an upper limit."""
+    """Draw errors due to the step over evaluations of the wind for each grain, a line for each
+    degree.
+
+    Runs without an error are left out. An error below its standard error is drawn as an upper
+    limit, an arrow at the sum of both. Horizontal lines show the sampling errors of GRAINS.
+
+    Parameters
+    ----------
+    degrees
+        degree -> label
+    """
     axes.set(
         xscale="log",
         yscale="log",

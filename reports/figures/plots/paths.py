@@ -29,17 +29,17 @@ class Panel:
     Attributes
     ----------
     title
-        above it
+        title above the panel
     study
-        of the paths; each `label` is a body, with positions in x and y
+        study of the table; each `label` is a body, with positions in x and y
     quantity
-        of the lines
+        quantity that is drawn as lines
     ends
-        quantity of dots, such as the ends of steps; "" for none
+        quantity that is drawn as dots, such as the ends of steps; "" for none
     half
-        half the width of the panel; 0 for that of the paths
+        half the width of the panel, in the unit of the positions; 0 to fit the paths
     stops
-        whether they stop early, at crosses
+        whether the paths end early; a cross is drawn at their last points
     """
 
     title: str
@@ -58,7 +58,10 @@ def paths(
     bodies: Sequence[str],
     unit: str = "au",
 ) -> None:
-    """Each body's path as a line in its colour; the centre, at the origin, as a disc."""
+    """Draw each body's path as a line in its colour, and the origin as a disc.
+
+    Raises NoData for a body without a finite position.
+    """
     drawn = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
     for plane, panel in zip(drawn, panels, strict=True):
         plane.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
@@ -89,7 +92,7 @@ def paths(
 
 
 def _path(table: pd.DataFrame, study: str, quantity: str, body: str) -> Array:
-    """Finite x and y, (2, times)."""
+    """The finite positions (x, y) of a body in the order of time, (2, times)."""
     rows = pick(table, study=study, quantity=quantity, label=body).sort_values("t")
     return rows[["x", "y"]].dropna().to_numpy(float).T
 
@@ -100,9 +103,8 @@ WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 def clouds(
     axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
 ) -> None:
-    """x and z of the grains in the air, seen from the side: a panel for each time, a colour for
-    each label, the last in front. The rotor is a line, the ray along which the optical depth is
-    taken is dashed."""
+    """Draw x and z of the grains in the air: a panel for each time, a colour for each label, the
+    last label in front. The rotor is a line; the ray of the optical depth is dashed."""
     for plane, t in zip(split(axes, len(times)), times, strict=True):
         for artist in _cloud(plane, table, study, labels, t):
             artist.set_rasterized(True)
@@ -114,7 +116,7 @@ def clouds(
 
 
 def moving_cloud(axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
-    """As `clouds`, with all sizes in one panel, as a moving picture."""
+    """Draw the grains as `clouds`, in one panel with a frame for each time of the study."""
     times = np.unique(pick(table, study=study)["t"])
     for k, t in enumerate(times):
         clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
@@ -125,10 +127,10 @@ def moving_cloud(axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequenc
 def _cloud(
     axes: Axes, table: pd.DataFrame, study: str, labels: Sequence[str], t: float
 ) -> list[Artist]:
-    """The rotor and the grains of each size at a time."""
+    """Draw the rotor and the grains of each size at time t; returns the artists."""
     rows = pick(table, study=study, t=t).dropna(subset=["x", "z"])
     if rows.empty:
-        raise NoData("no grain's place is known.")
+        raise NoData("no grain has a finite position.")
     axes.set(
         xlim=(-WIDTH, WIDTH),
         ylim=(0.0, HEIGHT),
@@ -147,6 +149,6 @@ def _cloud(
 
 
 def _sizes(axes: Axes, labels: Sequence[str]) -> None:
-    """Entries of the legend."""
+    """Add an entry of the legend for each size."""
     for k, label in enumerate(labels):
         axes.plot([], [], "o", color=COLOURS[k], label=label.replace("micrometres", "µm"))

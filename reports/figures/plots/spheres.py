@@ -23,7 +23,7 @@ EYE = np.array(
         np.sin(np.radians(UP)),
     ]
 )
-SURFACE, FINE = 41, 221  # points across a surface, and where two intersect
+SURFACE, FINE = 41, 221  # grid points in each direction of one surface, and of two that intersect
 SMOOTH = 241  # points of an exact curve
 PALE_YELLOW, PALE_BLUE, DARK, INK = "#f7e0ad", "#cfe6f5", "#003C66", "#222222"
 HALF, ZOOM, DOWN = 0.76, 1.1, 0.1  # of the view, so that the sphere fills its panel below the title
@@ -40,14 +40,14 @@ class Sphere:
     Attributes
     ----------
     title
-        above it
+        title above the panel
     study
-        of the momenta, in x, y, z; each `label` is a path
+        study of the momenta, in x, y, z; each `label` is a path
     lines
-        join the momenta, which are otherwise dots on the exact curves
+        whether lines join the momenta, which are otherwise dots on the exact curves
     ellipsoid
-        the label whose ellipsoid of energy is drawn too, with the paths of that energy only; "" for
-        none
+        the label of a path whose energy ellipsoid is drawn, too, with the paths of that energy
+        alone; "" for the sphere and all paths
     """
 
     title: str
@@ -59,7 +59,10 @@ class Sphere:
 def momentum_spheres(
     axes: Axes, table: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
 ) -> None:
-    """The unit sphere in each panel; exact curves in grey, faint where they are hidden."""
+    """Draw momenta on the unit sphere, with the exact curves in grey; lines behind it are faint.
+
+    Raises NoData for a study without a finite momentum.
+    """
     for sphere, panel in zip(_spheres(axes, len(panels)), panels, strict=True):
         paths = _paths(table, panel.study, "momentum")
         if not paths:
@@ -90,12 +93,13 @@ def momentum_spheres(
 def pendulum_spheres(
     axes: Axes, table: pd.DataFrame, *, panels: Mapping[str, str], curve: str, ends: str
 ) -> None:
-    """One sphere for each study in `panels` (study -> title); z points down.
+    """Draw a sphere for each study in `panels` (study -> title), with its first path; the table's z
+    points downwards.
 
     Parameters
     ----------
     curve, ends
-        quantities with points x, y, z on the unit sphere
+        quantities with points x, y, z on the unit sphere, drawn as a line and as dots
     """
     equator = np.pad(_circle(), ((0, 0), (0, 1)))
     for sphere, (study, title) in zip(_spheres(axes, len(panels)), panels.items(), strict=True):
@@ -127,15 +131,16 @@ def _spheres(axes: Axes, count: int) -> list[Axes]:
 
 
 def _paths(table: pd.DataFrame, study: str, quantity: str) -> dict[str, np.ndarray]:
-    """label -> finite positions (times, 3)."""
+    """Label -> finite positions in the order of time, (times, 3)."""
     rows = pick(table, study=study, quantity=quantity).sort_values("t").dropna(subset=POSITION)
     return {str(label): path[POSITION].to_numpy(float) for label, path in rows.groupby("label")}
 
 
 def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
-    """The intersection, through y, of y . y = 1 and sum y_i^2 / I_i constant, (SMOOTH, 3).
+    """The points through y / |y| with y . y = 1 and constant sum of y_i^2 / I_i, (SMOOTH, 3).
 
-    About the stable axis c: y_a, y_b lie on an ellipse, since y_c^2 = 1 - y_a^2 - y_b^2.
+    The curve surrounds a stable axis c. Inserting y_c^2 = 1 - y_a^2 - y_b^2 shows that the other
+    two components lie on an ellipse.
     """
     reciprocal = 1.0 / np.array(inertia)
     y = y / np.linalg.norm(y)
@@ -175,7 +180,7 @@ def _surface(axes: Axes) -> None:
 
 
 def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
-    """The outer parts of the unit sphere and of the ellipsoid, each in its colour."""
+    """Draw the outer parts of the unit sphere and of the ellipsoid, each in its colour."""
     u = _directions(FINE)
     reach = 1.0 / np.linalg.norm(u / half_axes[:, None, None], axis=0)
     colours = np.where((reach > 1.0)[..., None], to_rgba(PALE_YELLOW), to_rgba(PALE_BLUE))
@@ -192,7 +197,7 @@ def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
 
 
 def _directions(points: int) -> np.ndarray:
-    """(3, points, points) of unit length."""
+    """Unit vectors on a grid of spherical angles, (3, points, points)."""
     u, v = np.meshgrid(
         np.linspace(0.0, 2.0 * np.pi, points), np.linspace(0.0, np.pi, points), indexing="ij"
     )
@@ -200,7 +205,7 @@ def _directions(points: int) -> np.ndarray:
 
 
 def _line(axes: Axes, y: np.ndarray, **style: Any) -> None:
-    """A line or dots, faint where they are on the far side."""
+    """Draw the points y, (points, 3), as a line or dots, faint on the far side of the sphere."""
     visible = np.where((y @ EYE >= 0.0)[:, None], y, np.nan)
     axes.plot(*y.T, alpha=HIDDEN, zorder=2, **style)
     axes.plot(*visible.T, zorder=3, **style)

@@ -17,15 +17,17 @@ ROOM = 0.7  # of the ticks that matplotlib finds room for: these have longer lab
 
 
 def decades(axis: Axis) -> None:
-    """As many ticks as there is room for, each a power of ten, and no minor ticks."""
+    """Put as many ticks on an axis as fit, each a power of ten, and no minor ticks."""
     axis.set_major_locator(LogLocator())
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(power_of_ten)
 
 
 def power_of_ten(x: float, _: Any = None) -> str:
-    """E.g. 10⁻⁸; other ticks in digits. Without the mathematics of matplotlib's own formatter,
-    whose parsing takes half of the time of a figure."""
+    """The label of a tick: 10⁻⁸ for a power of ten, else its digits.
+
+    matplotlib's own formatter writes mathematics, and parsing it takes half of a figure's time.
+    """
     exponent = math.log10(abs(x)) if x else 0.5
     if exponent != round(exponent):
         return f"{x:g}"
@@ -33,8 +35,8 @@ def power_of_ten(x: float, _: Any = None) -> str:
 
 
 def readable(axis: Axis) -> None:
-    """Ticks at 1, 2 and 5 or at 1 and 3 of each decade, written out, where the axis spans few
-    decades and there is room; else powers of ten."""
+    """Put ticks at 1, 2 and 5, or at 1 and 3, of each decade, with their digits, if the axis spans
+    fewer than FEW_DECADES decades and they fit; else at powers of ten."""
     low, high = sorted(axis.get_view_interval())
     span = math.log10(high / low)
     decades(axis)
@@ -45,7 +47,8 @@ def readable(axis: Axis) -> None:
 
 
 def choose_ticks(axes: Axes) -> None:
-    """Set ticks of logarithmic axes that have none: readable ones on x, decades on y."""
+    """Set the ticks of logarithmic axes that have the default ones: `readable` on x, `decades` on
+    y."""
     for axis, ticks in ((axes.xaxis, readable), (axes.yaxis, decades)):
         if axis.get_scale() == "log" and axis.isDefault_majloc:
             ticks(axis)
@@ -59,7 +62,7 @@ WORDS = {
     MOTION: "error of attitude and place at the end",
 }
 OF_QUANTITY = {ANGLE: "rad", ATTITUDE: "1"}
-OF_PROBLEM = {  # where a problem's name begins so
+OF_PROBLEM = {  # beginning of a problem's name -> unit of its errors
     "outer solar system": "au",
     "solar system": "au",
     "kepler e=0.6": "semi-major axis",
@@ -75,7 +78,10 @@ OF_PROBLEM = {  # where a problem's name begins so
 
 
 def error_label(problem: str, quantity: str) -> str:
-    """E.g. "error of the position at the end [au]"; [1] where lengths have no unit."""
+    """The label of an axis of errors, such as "error of the position at the end [au]".
+
+    The unit is that of the quantity or, if it has none, of the problem; 1 if neither has one.
+    """
     units = (unit for begins, unit in OF_PROBLEM.items() if problem.startswith(begins))
     unit = OF_QUANTITY.get(quantity) or next(units, "1")
     return f"{WORDS.get(quantity, f'error of the {quantity} at the end')} [{unit}]"

@@ -1,8 +1,8 @@
-"""The look of every contender: one colour, marker and dash, in every figure.
+"""The colour, marker and dash of every contender, the same in all figures.
 
-A row of TABLE is a family: all names that begin with its text, in this order of legends. galvi's
-own methods take blues that darken with the degree and a marker for each degree, in a clock too;
-their lines are those of their chart. A name that no row knows takes a colour of SPARE.
+A row of TABLE is a family: all names that begin with its text. Legends have the order of the rows.
+galvi's own methods, with a clock, too, have blues that darken with the degree, the markers of
+OF_DEGREE, and the dashes of their charts. A name that no row matches has a colour of SPARE.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from galvi.charts import CHARTS
 # Okabe and Ito (2008), without the yellow, which is too light for a white page.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
-GUIDE = "#777777"  # claimed rates and other things that were not measured
+GUIDE = "#777777"  # claimed rates and other lines that were not measured
 SUN = "#E69F00"
 BAND = "#eef3f7"
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
-DEGREE = "N ="  # begins names of claims' studies, which are galvi's of that degree
-MAX_NAMES = 8  # names, each with an entry of a legend; more share those of their families
-VARIANTS = {  # what ends a name: its line
+DEGREE = "N ="  # beginning of the names of claims' studies of galvi's method of that degree
+MAX_NAMES = 8  # largest number of names with an entry each in a legend, see `grouped`
+VARIANTS = {  # text after the last comma of a name -> its dash
     "GLOBAL": DOTTED,
     "looser": DASH_DOT,
     "default": DOTTED,
     "native": DOTTED,
 }
 
-# family: (colour, marker, dash); colours after Okabe and Ito (2008), and Tol (2021)
+# family -> (colour, marker, dash); colours after Okabe and Ito (2008), and Tol (2021)
 TABLE: dict[str, tuple[str, str, Any]] = {
     FRAME: ("#1414E6", "*", SOLID),
     CLOCK: ("#3A8FE0", "o", SOLID),
@@ -78,12 +78,12 @@ CHART_LEGEND = "lines by chart: " + ", ".join(
 
 
 class Identity(NamedTuple):
-    """The look of one name.
+    """The colour, marker and dash of a name.
 
     Attributes
     ----------
     family
-        the text of its row, by which a legend groups names
+        the row of TABLE, or OURS, by which a legend groups names
     """
 
     family: str
@@ -98,7 +98,7 @@ class Identity(NamedTuple):
 
 
 def identity(name: str) -> Identity:
-    """The look of a contender's name; the same in every figure, whoever else takes part."""
+    """The identity of a contender's name, which does not depend on the other names of a figure."""
     family = next((row for row in TABLE if name.startswith(row)), name.partition(",")[0])
     ending = name.rpartition(", ")[2]
     if family == FRAME:
@@ -117,18 +117,19 @@ def identity(name: str) -> Identity:
 
 
 def line_color(name: str, index: int) -> str:
-    """The colour of a line: a contender's own, else one by its index."""
+    """The colour of a line: that of its contender, if it is galvi or in TABLE; else COLOURS by
+    index."""
     look = identity(name)
     return look.color if look.family in (OURS, *TABLE) else COLOURS[index % len(COLOURS)]
 
 
 def blue(degree: int) -> str:
-    """The colour of a degree, by its logarithm between 2 and 16."""
+    """The colour of a degree, by its logarithm; below 2 as for 2, above 16 as for 16."""
     return to_hex(BLUES((np.log2(max(degree, 2)) - 1.0) / 3.0))
 
 
 def in_order(names: Iterable[str]) -> list[str]:
-    """Each name once: galvi's by degree, its frames, then the others as in TABLE, then unknown."""
+    """Each name once: galvi's methods by degree, then the rows of TABLE, then other names."""
     families = (OURS, *TABLE)
 
     def key(name: str) -> tuple[int, str, list[int], str]:
@@ -140,8 +141,8 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 
 def grouped(names: Iterable[str]) -> list[tuple[str, list[str]]]:
-    """(label, names) of the entries of a legend: one for each name, or, of more than MAX_NAMES,
-    one for each family."""
+    """(label, names) of the entries of a legend: one for each name or, if there are more than
+    MAX_NAMES, one for each family."""
     ordered = in_order(names)
     families: dict[str, list[str]] = {}
     for name in ordered:
