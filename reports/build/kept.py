@@ -15,15 +15,14 @@ from benchmarks.checks.claim import Claim, Row
 from benchmarks.work_precision.dependable import dependable
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.options import OF_CONTENDERS
+from reports.results.options import CONTENDER_PREFIX
 from reports.results.rows import read_rows
 from reports.results.section import Section
 from reports.results.section_result import SectionResult
-from reports.tables.claims_table import COLUMNS as OF_ROWS
-from reports.tables.claims_table import NUMBERS
+from reports.tables.claims_table import NUMBERS, ROW_COLUMNS
 from reports.tables.number_format import is_finite
 
-LOCK = ".build"  # in the folder
+LOCK_FILE = ".build"  # in the folder
 
 
 @contextmanager
@@ -33,7 +32,7 @@ def locked(folder: Path) -> Iterator[None]:
     Raises typer.BadParameter while another process holds the lock, and when the folder is not
     writable.
     """
-    lock = FileLock(folder / LOCK)
+    lock = FileLock(folder / LOCK_FILE)
     try:
         lock.acquire(blocking=False)
     except Timeout:
@@ -49,7 +48,7 @@ def locked(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-CLAIMS, DURATIONS = "claims.csv", "durations.csv"
+CLAIMS_FILE, DURATIONS_FILE = "claims.csv", "durations.csv"
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
@@ -58,21 +57,21 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
     First come `claims`, in their order, then the claims of external integrators that are not among
     them. Rows of any other claim are left out, with a warning on stderr.
     """
-    rows = read_rows(out / CLAIMS)
+    rows = read_rows(out / CLAIMS_FILE)
     if rows is None:
         return []
     times = durations(out)
     claim_results = []
     ids = {claim.id for claim in claims}
     unknown = [id for id in rows["id"].unique() if id not in ids]
-    of_contenders = [id for id in unknown if id.startswith(OF_CONTENDERS)]
-    if dropped := [id for id in unknown if id not in of_contenders]:
+    contender_ids = [id for id in unknown if id.startswith(CONTENDER_PREFIX)]
+    if dropped := [id for id in unknown if id not in contender_ids]:
         print(
-            f"{out / CLAIMS} must hold rows of claims of this version; received some of "
+            f"{out / CLAIMS_FILE} must hold rows of claims of this version; received some of "
             f"{', '.join(dropped)}, which are left out. `verify` writes a file without them.",
             file=sys.stderr,
         )
-    for claim in (*claims, *map(_without_study, of_contenders)):
+    for claim in (*claims, *map(_without_study, contender_ids)):
         claim_rows = rows[rows["id"] == claim.id]
         if len(claim_rows):
             path = out / "frames" / f"{claim.id}.csv"
@@ -109,12 +108,12 @@ def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]
 
 def durations(out: Path) -> dict[str, float]:
     """Seconds that the study of each claim took when it was last measured."""
-    table = read_rows(out / DURATIONS)
+    table = read_rows(out / DURATIONS_FILE)
     return {} if table is None else dict(zip(table["claim"], table["seconds"], strict=True))
 
 
 def _row(line: dict[str, object]) -> Row:
     """The row of a line of claims.csv; numbers that are not finite become None."""
     numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBERS}
-    texts = {name: str(line[name]) for name in OF_ROWS if name in line and name not in numbers}
+    texts = {name: str(line[name]) for name in ROW_COLUMNS if name in line and name not in numbers}
     return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -52,19 +52,19 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
     """
     failures: list[str] = []
     folder = options.out / FOLDER
-    studies_of = {
+    long_forms = {
         section.name: section.long_form
         for section in suite.sections
         if section.long_form is not None
     }
-    wanted = [name.strip() for name in only.split(",") if name.strip()] or list(studies_of)
-    if unknown := [name for name in wanted if name not in studies_of]:
-        names = ", ".join(studies_of)
+    selected_names = [name.strip() for name in only.split(",") if name.strip()] or list(long_forms)
+    if unknown := [name for name in selected_names if name not in long_forms]:
+        names = ", ".join(long_forms)
         raise ValueError(f"expected some of {names}; received {', '.join(unknown)}.")
     for section in suite.sections:
-        if section.name not in wanted:
+        if section.name not in selected_names:
             continue
-        runs = studies_of[section.name].runs(folder, say)
+        runs = long_forms[section.name].runs(folder, say)
         missing = [run for run in runs if not run.is_complete()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are complete.")
         errors = BuildCache().measure(

@@ -29,7 +29,7 @@ from reports.cli.options import Invocation
 from reports.cli.project import defaults
 
 PROGRAM = ("python", "-m", "reports")
-NO_COMMAND = ("--help", "--version")  # options without a command
+GLOBAL_OPTIONS = ("--help", "--version")  # options without a command
 COMMANDS: Mapping[str, Callable[..., int]] = {
     "verify": measure.verify_claims,
     "compare": measure.compare_methods,
@@ -98,20 +98,20 @@ def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str]
 def _run(load: Callable[[], Any], arguments: list[str], called: Sequence[str]) -> int:
     command = shlex.join([*called, *arguments]).encode(errors="replace").decode()
     invocation = Invocation(load, command, " ".join(called))
-    builds = not arguments or (arguments[0][:1] == "-" and arguments[0] not in NO_COMMAND)
-    command_line = ["build", *arguments] if builds else arguments
-    table = {} if {*NO_COMMAND} & {*command_line} else defaults(Path.cwd())
+    is_build = not arguments or (arguments[0][:1] == "-" and arguments[0] not in GLOBAL_OPTIONS)
+    command_line = ["build", *arguments] if is_build else arguments
+    default_options = {} if {*GLOBAL_OPTIONS} & {*command_line} else defaults(Path.cwd())
     group = typer.main.get_command(application())
     try:
         with group.make_context(
-            invocation.called, command_line, obj=invocation, default_map=table
+            invocation.called, command_line, obj=invocation, default_map=default_options
         ) as context:
             return group.invoke(context)
-    except typer.Exit as end:
-        return end.exit_code
+    except typer.Exit as exit_request:
+        return exit_request.exit_code
     except UsageError as error:
         names = [word for word in arguments if word in COMMANDS]
-        if builds and names and "unexpected extra argument" in error.message:
+        if is_build and names and "unexpected extra argument" in error.message:
             example = f"{invocation.called} {names[0]} {arguments[0]}"
             raise typer.BadParameter(f"Options follow the command, as in: {example}.") from None
         raise

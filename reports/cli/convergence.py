@@ -23,7 +23,7 @@ from benchmarks.store.provenance import provenance
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
-from reports.cli.export import PICTURES, write_figure
+from reports.cli.export import PICTURE_FORMATS, write_figure
 from reports.cli.handed_over import show_progress
 from reports.figures.plots.convergence import orders
 from reports.figures.style.layout import NoData
@@ -31,7 +31,7 @@ from reports.results.section import Figure
 from reports.tables.orders import OrderTable, caption, sentences, write_orders
 
 COMMAND = "convergence"
-GAUSS = "gauss:"  # before the degree of galvi's Gauss collocation, as --method
+GAUSS_PREFIX = "gauss:"  # before the degree of galvi's Gauss collocation, as --method
 REFUSALS = (ContenderError, ValueError, TypeError, ModuleNotFoundError)
 progress = partial(show_progress, COMMAND)
 
@@ -52,15 +52,22 @@ def request_of(
     ContenderError, ValueError
         For texts that name no method, problem or steps.
     """
-    loaded, span = load_problem(problem, duration)
+    loaded_problem, loaded_duration = load_problem(problem, duration)
     counts, sizes = counts_and_sizes(steps)
-    named = [*map(_method, methods), *(("", path) for path in contenders)]
+    named_methods = [*map(_parse_method, methods), *(("", path) for path in contenders)]
     return ConvergenceRequest(
-        loaded, tuple(named), span, counts, sizes, truth, quick, with_all=not methods
+        loaded_problem,
+        tuple(named_methods),
+        loaded_duration,
+        counts,
+        sizes,
+        truth,
+        quick,
+        with_all=not methods,
     )
 
 
-def _method(word: str) -> tuple[str, Any]:
+def _parse_method(word: str) -> tuple[str, Any]:
     """(name, method) of a word of --method; the name is "" where the method has its own.
 
     Raises
@@ -71,8 +78,8 @@ def _method(word: str) -> tuple[str, Any]:
     ContenderError
         For a path that cannot be loaded.
     """
-    if word.startswith(GAUSS):
-        degree = word.removeprefix(GAUSS)
+    if word.startswith(GAUSS_PREFIX):
+        degree = word.removeprefix(GAUSS_PREFIX)
         if not degree.isdigit():
             raise ValueError(f"--method gauss:DEGREE expects a whole number; received {word!r}.")
         return galvi_label(int(degree)), gauss_collocation(int(degree)).method
@@ -138,8 +145,8 @@ def _figures(table: OrderTable, folder: Path) -> list[Path]:
     )
     files: list[Path] = []
     for name, width in ((COMMAND, "page"), (f"{COMMAND}-column", "column")):
-        for form in PICTURES:
+        for file_format in PICTURE_FORMATS:
             with suppress(NoData):
-                path = folder / f"{name}.{form}"
-                files.append(write_figure(figure, table.rows, path, form, width))
+                path = folder / f"{name}.{file_format}"
+                files.append(write_figure(figure, table.rows, path, file_format, width))
     return files

@@ -23,8 +23,10 @@ from reports.cli.project import TABLE
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 INTERRUPTED, NO_READER = 130, 141  # 141: what a shell reports of a closed pipe
-TRACEBACK = "GALVI_TRACEBACK"  # environment variable; where it is set, tracebacks are printed
-LONGEST = 500  # characters of an exception's message that are shown
+TRACEBACK_VARIABLE = (
+    "GALVI_TRACEBACK"  # environment variable; where it is set, tracebacks are printed
+)
+MAX_MESSAGE_LENGTH = 500  # characters of an exception's message that are shown
 
 
 def ended(command: Callable[[], int]) -> int:
@@ -54,42 +56,43 @@ def _interrupts_raised() -> Iterator[None]:
     Under Python's default handler, galvi ends the run alone, and its first steps would be taken for
     a measurement; galvi does not replace any other handler. An ignored SIGINT stays ignored.
     """
-    before = signal.getsignal(signal.SIGINT)
-    if before is not signal.default_int_handler:
+    previous_handler = signal.getsignal(signal.SIGINT)
+    if previous_handler is not signal.default_int_handler:
         yield
         return
     signal.signal(signal.SIGINT, lambda *arguments: signal.default_int_handler(*arguments))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, previous_handler)
 
 
 def _ending(error: BaseException) -> tuple[int, str]:
     """The exit status and the sentence for an exception of a command."""
     if isinstance(error, UsageError):
-        return CANNOT, usage(error)
+        return CANNOT, usage_message(error)
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return INTERRUPTED, "Interrupted; the files that were written are whole."
-    if _lost_its_reader(error):
+    if _is_lost_reader(error):
         return NO_READER, ""
-    if os.environ.get(TRACEBACK):
+    if os.environ.get(TRACEBACK_VARIABLE):
         traceback.print_exception(error)
     if isinstance(error, ModuleNotFoundError):
         return NOT_INSTALLED, missing_package(error)
-    described = visible("".join(traceback.format_exception_only(error)))
-    described = textwrap.shorten(described, LONGEST, placeholder="...").rstrip(".")
+    description = visible("".join(traceback.format_exception_only(error)))
+    description = textwrap.shorten(description, MAX_MESSAGE_LENGTH, placeholder="...").rstrip(".")
     return CANNOT, (
-        f"The command could not be carried out: {described}. {TRACEBACK}=1 in the environment "
+        f"The command could not be carried out: {description}. {TRACEBACK_VARIABLE}=1 in the "
+        "environment "
         "shows where it was raised."
     )
 
 
-def usage(error: Any) -> str:
+def usage_message(error: Any) -> str:
     """The sentence of a usage error; it begins with TABLE if the value comes from that table."""
     parameter = getattr(error, "param", None)
-    from_galvi = isinstance(error, typer.BadParameter) and parameter is None
-    message = str(error.message if from_galvi else error.format_message()).rstrip().rstrip(".")
+    is_from_galvi = isinstance(error, typer.BadParameter) and parameter is None
+    message = str(error.message if is_from_galvi else error.format_message()).rstrip().rstrip(".")
     message = message.replace("Value error, ", "")  # of pydantic's
     if "\n  " not in message:  # else it has one line an item
         message = " ".join(message.split())
@@ -102,15 +105,15 @@ def usage(error: Any) -> str:
 
 
 @contextmanager
-def as_usage_error(*errors: type[Exception], before: str = "") -> Iterator[None]:
+def as_usage_error(*errors: type[Exception], prefix: str = "") -> Iterator[None]:
     """Raise these exceptions as typer.BadParameter, with `before` in front of their messages."""
     try:
         yield
     except errors as error:
-        raise typer.BadParameter(visible(f"{before}{error}")) from None
+        raise typer.BadParameter(visible(f"{prefix}{error}")) from None
 
 
-def _lost_its_reader(error: BaseException) -> bool:
+def _is_lost_reader(error: BaseException) -> bool:
     """Whether the exception was raised because the reader of stdout or stderr is gone."""
     if isinstance(error, SystemExit):  # of rich
         return isinstance(error.__context__, BrokenPipeError)

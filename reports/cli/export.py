@@ -15,7 +15,7 @@ from reports.build.kept import kept_claims, kept_comparison, kept_sections
 from reports.cli.endings import as_usage_error
 from reports.cli.options import check_known
 from reports.figures.drawing import drawable
-from reports.figures.picture import WIDTHS, sized
+from reports.figures.picture import WIDTHS, printed_figure
 from reports.figures.style.layout import NoData
 from reports.results.origins import read_origins
 from reports.results.section import Figure
@@ -25,8 +25,8 @@ from reports.tables.macros import CLAIMS, numbers
 from reports.tables.writing import as_markdown
 
 SUFFIXES = {"csv": ".csv", "parquet": ".parquet", "latex": ".tex", "markdown": ".md"}
-PICTURES = ("pdf", "svg", "png")
-NUMBERS = "numbers"  # the name of the macros
+PICTURE_FORMATS = ("pdf", "svg", "png")
+MACROS = "numbers"  # the name of the macros
 Figures = Mapping[str, tuple[Figure, pd.DataFrame | None]]
 
 
@@ -40,18 +40,18 @@ def list_all(known_tables: Iterable[str], known_figures: Figures) -> None:
 
 def tables(out: Path) -> dict[str, Path]:
     """Name -> path of each table of a report; one beside its page precedes one in tables/."""
-    beside = {path.stem: path for path in sorted(out.glob("*.csv"))}
-    return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside
+    beside_page = {path.stem: path for path in sorted(out.glob("*.csv"))}
+    return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside_page
 
 
 def figures(suite: Suite, out: Path) -> Figures:
     """Name -> (figure, rows) of all figures of a report; the rows are None if none are stored."""
-    stored = (
+    stored_results = (
         kept_claims(out, suite.claims),
         kept_comparison(out),
         kept_sections(out, suite.sections),
     )
-    return {figure.name: (figure, table) for figure, table in drawable(*stored)}
+    return {figure.name: (figure, table) for figure, table in drawable(*stored_results)}
 
 
 def export_figures(
@@ -103,7 +103,7 @@ def write_figure(figure: Figure, table: pd.DataFrame, path: Path, form: str, wid
     Its caption goes to files beside it, as text and as LaTeX, unless `path` is a pipe or standard
     output. Raises NoData if there is nothing to draw.
     """
-    write(path, sized(figure, table, form, WIDTHS[width]))
+    write(path, printed_figure(figure, table, form, WIDTHS[width]))
     if path.is_file() and open_descriptor(path) is None:  # else a pipe, or standard output
         caption = f"{figure.title.rstrip('.')}. {figure.caption}".strip()
         label = f"\\label{{fig:{figure.name}}}"
@@ -150,12 +150,12 @@ def export_table(
     unknown column or value.
     """
     path = to or out / "tables" / f"{name}{SUFFIXES[form]}"
-    if name == NUMBERS and form == "latex":
+    if name == MACROS and form == "latex":
         if not (out / CLAIMS).is_file():
             raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
         content: str | bytes = numbers(out)
     else:
-        with as_usage_error(OSError, ValueError, before=f"{name}.csv cannot be read: "):
+        with as_usage_error(OSError, ValueError, prefix=f"{name}.csv cannot be read: "):
             table = read_csv(tables(out)[name])  # pandas' own errors are ValueErrors
         table = selected(table, where, with_bounds(table, columns), sort)
         origins = read_origins(out)
@@ -183,16 +183,16 @@ def selected(
             raise typer.BadParameter(f"--where expects column=value; received {condition!r}.")
         check_known("column", column, list(table))
         text = table[column].astype(str)
-        same = text == value
-        same |= pd.to_numeric(table[column], errors="coerce") == pd.to_numeric(value, "coerce")
-        if not same.any():
+        matches = text == value
+        matches |= pd.to_numeric(table[column], errors="coerce") == pd.to_numeric(value, "coerce")
+        if not matches.any():
             check_known(column, value, text.dropna().unique().tolist())
-        table = table[same]
-    by = [word.removeprefix("-") for word in sort]
-    for column in (*columns, *by):
+        table = table[matches]
+    sort_columns = [word.removeprefix("-") for word in sort]
+    for column in (*columns, *sort_columns):
         check_known("column", column, list(table))
-    rising = [not word.startswith("-") for word in sort]
-    table = table.sort_values(by, ascending=rising, kind="stable", ignore_index=True)
+    ascending = [not word.startswith("-") for word in sort]
+    table = table.sort_values(sort_columns, ascending=ascending, kind="stable", ignore_index=True)
     return table[list(columns)] if columns else table
 
 
@@ -201,8 +201,8 @@ def _formatted(table: pd.DataFrame, form: str, name: str, caption: str) -> str |
     if form == "csv":
         return as_csv(table)
     if form == "parquet":
-        with as_usage_error(ImportError, before="Parquet needs pyarrow (pip install pyarrow): "):
+        with as_usage_error(ImportError, prefix="Parquet needs pyarrow (pip install pyarrow): "):
             return table.to_parquet(engine="pyarrow", index=False)
     numbers = table.apply(pd.to_numeric, errors="coerce").astype(object)
-    shown = numbers.where(numbers.notna(), table)  # also beside texts, as "not reached"
-    return as_latex(shown, caption, f"tab:{name}") if form == "latex" else as_markdown(shown)
+    mixed = numbers.where(numbers.notna(), table)  # also beside texts, as "not reached"
+    return as_latex(mixed, caption, f"tab:{name}") if form == "latex" else as_markdown(mixed)

@@ -31,8 +31,8 @@ def judgement_of(file: Path, request: JudgeRequest) -> Judgement:
     try:
         model = read_model(file, request)
     except BeyondTrees as error:
-        in_python, option = f"ignore={error.names!r}", f'--ignore "{",".join(error.names)}"'
-        raise ValueError(str(error).replace(in_python, option)) from None
+        python_argument, option = f"ignore={error.names!r}", f'--ignore "{",".join(error.names)}"'
+        raise ValueError(str(error).replace(python_argument, option)) from None
     judgement = judge(
         model, request.duration, request.error, request.own, progress, request.quick, _show_first
     )

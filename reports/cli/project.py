@@ -14,7 +14,7 @@ from references.setting import nearest
 
 FILE, TABLE = "pyproject.toml", "[tool.galvi]"
 CONTENDERS_CLAIMS = "contenders"  # value of --claims: the claims of all external integrators
-KINDS: Mapping[str, type] = {
+TYPE_OF_KEY: Mapping[str, type] = {
     "contenders": list,
     "problems": list,
     "claims": list,
@@ -26,16 +26,19 @@ KINDS: Mapping[str, type] = {
     "quick": bool,
     "out": str,
 }
-EXPECTED = {
+TYPE_TEXTS = {
     list: "a list of one or more texts",
     float: "a number",
     bool: "true or false",
     str: "a text",
 }
-PARAMETERS = {"contenders": "contender", "problems": "problem"}  # key -> another parameter name
-WORDS = ("claims", "require")  # keys whose command-line options are lists with commas
+PARAMETER_OF_KEY = {
+    "contenders": "contender",
+    "problems": "problem",
+}  # key -> another parameter name
+COMMA_SEPARATED = ("claims", "require")  # keys whose command-line options are lists with commas
 COMMANDS = ("verify", "compare", "build", "track")  # get all defaults; others get `out` alone
-FOLDERS = {  # command -> its subfolder of `out`
+SUBFOLDERS = {  # command -> its subfolder of `out`
     **dict.fromkeys((*COMMANDS, "studies", "export", "merge", "readme"), ""),
     "judge": "judge",
     "versions": "versions",
@@ -60,7 +63,9 @@ def defaults(directory: Path) -> dict[str, dict[str, Any]]:
 
 def _by_command(table: Mapping[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
     values = {
-        PARAMETERS.get(key, key.replace("-", "_")): ",".join(value) if key in WORDS else value
+        PARAMETER_OF_KEY.get(key, key.replace("-", "_")): ",".join(value)
+        if key in COMMA_SEPARATED
+        else value
         for key, value in table.items()
     }
     out = values.pop("out", None)
@@ -68,36 +73,38 @@ def _by_command(table: Mapping[str, Any], folder: Path) -> dict[str, dict[str, A
     if "contenders" in table:  # the papers' claims are not this project's
         by_command["verify"].setdefault("claims", CONTENDERS_CLAIMS)
     if out is not None:
-        for command, below in FOLDERS.items():
-            by_command.setdefault(command, {})["out"] = folder / out / below
+        for command, subfolder in SUBFOLDERS.items():
+            by_command.setdefault(command, {})["out"] = folder / out / subfolder
     return by_command
 
 
 def read_table(file: Path) -> Mapping[str, Any] | None:
     """The checked table of a file; None without one. Raises as `defaults`."""
     try:
-        tool = tomllib.loads(file.read_text(encoding="utf-8")).get("tool", {})
+        tool_tables = tomllib.loads(file.read_text(encoding="utf-8")).get("tool", {})
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError) as error:  # one of TOML, or of UTF-8
         raise typer.BadParameter(f"{file} cannot be read: {error}.") from None
-    table = tool.get("galvi") if isinstance(tool, dict) else None
-    where = f"{TABLE} of {file}"
+    table = tool_tables.get("galvi") if isinstance(tool_tables, dict) else None
+    location = f"{TABLE} of {file}"
     if not isinstance(table, dict | None):
-        raise typer.BadParameter(f"{where} expects a table; received {table!r}.")
+        raise typer.BadParameter(f"{location} expects a table; received {table!r}.")
     for key, value in (table or {}).items():
-        if key not in KINDS:
-            closest = nearest(key, KINDS)
-            raise typer.BadParameter(f"{where} has no key {key!r}; did you mean {closest!r}?")
-        if not _fits(value, KINDS[key]):
-            expected = EXPECTED[KINDS[key]]
-            raise typer.BadParameter(f"{where}: {key} expects {expected}; received {value!r}.")
+        if key not in TYPE_OF_KEY:
+            closest = nearest(key, TYPE_OF_KEY)
+            raise typer.BadParameter(f"{location} has no key {key!r}; did you mean {closest!r}?")
+        if not _has_type(value, TYPE_OF_KEY[key]):
+            expected = TYPE_TEXTS[TYPE_OF_KEY[key]]
+            raise typer.BadParameter(f"{location}: {key} expects {expected}; received {value!r}.")
     return table
 
 
-def _fits(value: Any, kind: type) -> bool:
+def _has_type(value: Any, expected_type: type) -> bool:
     """Whether a TOML value has the type `kind`: a list must be of texts and not empty, and an int
     counts as a float."""
     if isinstance(value, list):
-        return kind is list and bool(value) and all(isinstance(text, str) for text in value)
-    return type(value) is kind or (kind is float and type(value) is int)
+        return (
+            expected_type is list and bool(value) and all(isinstance(text, str) for text in value)
+        )
+    return type(value) is expected_type or (expected_type is float and type(value) is int)

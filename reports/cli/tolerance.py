@@ -34,8 +34,8 @@ progress = partial(show_progress, COMMAND)
 def tolerance_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Tolerance:
     """Measure the tolerance of a file's run. Raises REFUSALS if that cannot be carried out."""
     run = read_own_run(file, request)
-    releases, halved = asked_releases(run.package, texts) if texts else ([], False)
-    if halved:
+    releases, is_range = asked_releases(run.package, texts) if texts else ([], False)
+    if is_range:
         raise ValueError(
             f"--releases of tolerance expects a list as 3.17.0,4.0.1; received the range "
             f"{RANGE.join(releases)}, which is for `galvi versions`."

@@ -73,14 +73,14 @@ def track_command(
         raise typer.BadParameter("--slower and --less-accurate are for a --contender.")
     if contenders and (only or isolate):
         raise typer.BadParameter("--only and --isolate are not for a --contender.")
-    limit = timeout or (CONTENDER_SECONDS if contenders else SECONDS)
+    answer_seconds = timeout or (CONTENDER_SECONDS if contenders else SECONDS)
     try:
         if contenders:
             sides = project_checkouts(against, Path.cwd())
-            cases = contender_cases(contenders, limit, thresholds)
+            cases = contender_cases(contenders, answer_seconds, thresholds)
         else:
             sides, cases = checkouts(against, ROOT), choose_cases(only, quick)
-        return track_against(sides, cases, out, provenance, isolate, limit)
+        return track_against(sides, cases, out, provenance, isolate, answer_seconds)
     except ContenderError as error:
         raise typer.BadParameter(f"--contender: {error}") from None
     except CannotCompare as error:
@@ -106,7 +106,7 @@ def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
 
 
 def track_against(
-    both: AbstractContextManager[tuple[Checkout, Checkout]],
+    sides: AbstractContextManager[tuple[Checkout, Checkout]],
     cases: Sequence[Case],
     out: Path,
     provenance: Mapping[str, str],
@@ -136,9 +136,9 @@ def track_against(
     """
     with ExitStack() as stack:
         # SIGTERM acts as an interrupt, so that folders and processes are cleaned up.
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-        stack.callback(signal.signal, signal.SIGTERM, before)
-        base, head = stack.enter_context(both)
+        previous_handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        stack.callback(signal.signal, signal.SIGTERM, previous_handler)
+        base, head = stack.enter_context(sides)
         if isolate:
             base, head = isolated(base), isolated(head)
         outcome = compare(base, head, cases, stack.enter_context(Studies(3)), limit)
@@ -150,7 +150,7 @@ def track_against(
     write_job_summary(text)
     store_bench(outcome, head, out / STORE)
     print(outcome.report(), outcome, *github_annotations(cases), sep="\n")
-    new = all(finding.pair.case.contender in outcome.new for finding in outcome.findings)
-    if not outcome.compared and not new:
+    all_new = all(finding.pair.case.contender in outcome.new for finding in outcome.findings)
+    if not outcome.compared and not all_new:
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")
     return int(outcome.red)

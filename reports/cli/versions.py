@@ -28,8 +28,8 @@ def versions_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Pa
     """Compare a file's run in the requested releases. Raises REFUSALS if that cannot be carried
     out."""
     run = read_own_run(file, request)
-    named, halved = asked_releases(run.package, texts)
-    versions = compare_releases(run, named, halved, out, progress)
+    releases, is_range = asked_releases(run.package, texts)
+    versions = compare_releases(run, releases, is_range, out, progress)
     progress("")
     return versions
 

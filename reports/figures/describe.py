@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
-MAX_ENTRIES = 8  # entries of the legend that are listed
+MAX_LEGEND_ENTRIES = 8  # entries of the legend that are listed
 SIGNS = {
     r"\pi": "pi",
     r"\infty": "infinity",
@@ -27,12 +27,16 @@ def describe(canvas: Canvas) -> str:
     """Sentences on the axes, ranges and titles of all panels, and on the legend, in plain text."""
     panels = [sentence for axes in canvas.axes if (sentence := _panel(axes))]
     entries = [plain(text.get_text()) for drawn in canvas.legends for text in drawn.get_texts()]
-    omitted = f"; and {len(entries) - MAX_ENTRIES} more" if len(entries) > MAX_ENTRIES else ""
+    omitted = (
+        f"; and {len(entries) - MAX_LEGEND_ENTRIES} more"
+        if len(entries) > MAX_LEGEND_ENTRIES
+        else ""
+    )
     return " ".join(
         [
             *([f"{len(canvas.axes)} panels."] if len(canvas.axes) > 1 else []),
             *panels,
-            *([f"Legend: {'; '.join(entries[:MAX_ENTRIES])}{omitted}."] if entries else []),
+            *([f"Legend: {'; '.join(entries[:MAX_LEGEND_ENTRIES])}{omitted}."] if entries else []),
         ]
     )
 

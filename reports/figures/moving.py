@@ -13,8 +13,8 @@ from collections.abc import Iterable
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-SECONDS = 0.25  # duration of a frame
-GROUP = re.compile(rb'<g id="frame-(\d+)-of-(\d+)-\d+">')
+FRAME_SECONDS = 0.25  # duration of a frame
+FRAME_GROUP = re.compile(rb'<g id="frame-(\d+)-of-(\d+)-\d+">')
 
 
 def in_frame(artists: Iterable[Artist], frame: int, frames: int) -> None:
@@ -31,16 +31,17 @@ def show_all_frames(figure: Figure) -> None:
 
 def animated(svg: bytes) -> bytes:
     """The SVG with an animation for each frame; unchanged where it has no frames."""
-    return GROUP.sub(_timed, svg)
+    return FRAME_GROUP.sub(_with_animation, svg)
 
 
-def _timed(group: re.Match[bytes]) -> bytes:
+def _with_animation(group: re.Match[bytes]) -> bytes:
     frame, frames = int(group[1]), int(group[2])
-    begin, end = f"{frame / frames:.6f}", f"{(frame + 1) / frames:.6f}"
+    start_time, end_time = f"{frame / frames:.6f}", f"{(frame + 1) / frames:.6f}"
     visibility = "visible" if frame == frames - 1 else "hidden"
     animation = (
         f' visibility="{visibility}"><animate attributeName="visibility" calcMode="discrete" '
-        f'dur="{frames * SECONDS:g}s" repeatCount="indefinite" keyTimes="0;{begin};{end}" '
+        f'dur="{frames * FRAME_SECONDS:g}s" repeatCount="indefinite" '
+        f'keyTimes="0;{start_time};{end_time}" '
         'values="hidden;visible;hidden"/>'
     )
     return group[0][:-1] + animation.encode()

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from benchmarks.work_precision.profiles import profile
-from reports.figures.style.identities import OURS, blue, identity, in_order
+from reports.figures.style.identities import OURS, colour_of_degree, identity, legend_order
 from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure
 from reports.tables.comparison_tables import heading
@@ -40,7 +40,7 @@ def profiles(axes: Axes, runs: pd.DataFrame, *, value: str, xlabel: str) -> None
         panel.set(xscale="log", xlabel=xlabel, ylim=(-0.02, 1.04), title=f"error {heading(error)}")
         for name in names:
             problems = ", ".join(dict.fromkeys(f"{number:.0f}" for number in run[name]))
-            color = blue(8) if name == OURS else identity(name).color
+            color = colour_of_degree(8) if name == OURS else identity(name).color
             low, middle, high = np.array(
                 profile(table[table["code"] == name][value], bounds.tolist())
             ).T
@@ -67,7 +67,7 @@ def drawn(counts: pd.Series) -> list[str]:
     chosen = (
         counts[counts >= MIN_PROBLEMS].sort_values(ascending=False, kind="stable").index[:MAX_CODES]
     )
-    return in_order(map(str, chosen))
+    return legend_order(map(str, chosen))
 
 
 BANDS = (

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import error_label
-from reports.figures.style.identities import OURS, identity, in_order
+from reports.figures.style.identities import OURS, identity, legend_order
 from reports.figures.style.layout import NoData, contender_legend, legend, split
 
 TIME = "time to solution [s]"
@@ -27,7 +27,7 @@ def work_precision(axes: Axes, table: pd.DataFrame, *, ylabel: str) -> None:
     """
     axes.set(xscale="log", yscale="log", xlabel=TIME, ylabel=ylabel)
     fronts = front(table.assign(contender=table["contender"].map(line_of)))
-    names = in_order(fronts["contender"])
+    names = legend_order(fronts["contender"])
     for name in names:
         plot_front(axes, fronts[fronts["contender"] == name], name, linewidth=1.2)
     contender_legend(axes, names)
@@ -55,8 +55,8 @@ def plot_front(axes: Axes, runs: pd.DataFrame, name: str, **line: Any) -> None:
     style = identity(name).style
     axes.plot(runs["seconds"], runs["error"], **style, markersize=4.0, **line)
     low, high = (
-        runs.get(end, runs["seconds"]).fillna(runs["seconds"])
-        for end in ("seconds_low", "seconds_high")
+        runs.get(column, runs["seconds"]).fillna(runs["seconds"])
+        for column in ("seconds_low", "seconds_high")
     )
     axes.hlines(runs["error"], low, high, color=style["color"], linewidth=0.9, alpha=0.8)
     bounds = runs[runs["error_is_bound"]]
@@ -114,15 +114,25 @@ def headline(
             plot_front(plane, best, shown[label], label=label, linewidth=width)
         if marked is not None:
             contender, step, label = marked
-            at = at_step(runs[runs["problem"] == problem], contender, step)
-            if at is not None:
+            error_and_seconds = at_step(runs[runs["problem"] == problem], contender, step)
+            if error_and_seconds is not None:
                 circle = {"color": identity(contender).color, "mfc": "none", "markersize": 9.0}
-                legend(plane, plane.plot(at[1], at[0], "o", linestyle="none", **circle), [label])
+                legend(
+                    plane,
+                    plane.plot(
+                        error_and_seconds[1], error_and_seconds[0], "o", linestyle="none", **circle
+                    ),
+                    [label],
+                )
 
 
 def at_step(rows: pd.DataFrame, contender: str, step: float) -> tuple[float, float] | None:
     """(error, seconds) of a contender's run at a step; None if there is no such run."""
     runs = rows[(rows["contender"] == contender) & (rows["error"] > 0) & (rows["seconds"] > 0)]
     steps = pd.to_numeric(runs["settings"].str.extract(r"step=([\d.e-]+)")[0])
-    at_it = runs.loc[np.isclose(steps, step, rtol=1e-4), ["error", "seconds"]]
-    return None if at_it.empty else (float(at_it["error"].iloc[0]), float(at_it["seconds"].iloc[0]))
+    matching_runs = runs.loc[np.isclose(steps, step, rtol=1e-4), ["error", "seconds"]]
+    return (
+        None
+        if matching_runs.empty
+        else (float(matching_runs["error"].iloc[0]), float(matching_runs["seconds"].iloc[0]))
+    )

@@ -12,9 +12,9 @@ from benchmarks.applications.judging import trees
 from benchmarks.applications.judging.bodies import names
 from benchmarks.applications.judging.judgement import Judgement
 from galvi import Multibody
-from reports.figures.picture import STYLE, drawn, saved
+from reports.figures.picture import STYLE, draw_canvas, picture_bytes
 from reports.figures.plots.lines import LONG_DASH
-from reports.figures.style.decades import decades
+from reports.figures.style.decades import set_decade_ticks
 from reports.figures.style.identities import COLOURS, GUIDE
 from reports.results.section import Figure
 
@@ -31,7 +31,7 @@ def pictures(judgement: Judgement) -> list[str]:
         Figure("errors", "Errors", errors, size=SIZE),
     )
     with matplotlib.style.context(STYLE):
-        svgs = [saved(drawn(figure, judgement), "svg").decode() for figure in figures]
+        svgs = [picture_bytes(draw_canvas(figure, judgement), "svg").decode() for figure in figures]
     return [svg[svg.index("<svg") :] for svg in svgs]
 
 
@@ -70,7 +70,7 @@ def errors(axes: Axes, judgement: Judgement) -> None:
     axes.axhline(judgement.error, color=GUIDE, linestyle=LONG_DASH, label="error asked for")
     part = f"largest error of a {judgement.kind.PART}"
     axes.set(xlabel=f"t{unit(judgement, 'time')}", ylabel=f"{part}{unit(judgement, 'length')}")
-    decades(axes.yaxis)
+    set_decade_ticks(axes.yaxis)
 
 
 def unit(judgement: Judgement, dimension: str) -> str:

@@ -16,7 +16,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
 from reports.results.claim_results import ClaimResult
-from reports.results.options import OF_CONTENDERS
+from reports.results.options import CONTENDER_PREFIX
 
 HEADINGS = {
     "claimed": "claimed",
@@ -75,7 +75,7 @@ class ClaimSection:
     @property
     def command(self) -> str:
         """The command that repeats it."""
-        of_contender = self.claim.id.startswith(OF_CONTENDERS)
+        of_contender = self.claim.id.startswith(CONTENDER_PREFIX)
         option = " --contender package.module:Class" if of_contender else ""
         return f"galvi verify --claims {self.claim.id}{option}"
 

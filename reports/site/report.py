@@ -68,7 +68,7 @@ class Report:
     gallery: Gallery = NO_PICTURES
     history: History | None = None
     from_rows: bool = False
-    left: Sequence[str] = ()
+    pending: Sequence[str] = ()
 
     @property
     def out(self) -> Path:

@@ -15,9 +15,9 @@ from benchmarks.studies import ensembles, start_up
 from benchmarks.studies.scaling import FEW_HEAVY, scaling
 from benchmarks.work_precision.fronts import NOT_REACHED
 from reports.figures.plots.lines import LONG_DASH
-from reports.figures.style.decades import decades
-from reports.figures.style.decades import readable as ticks
-from reports.figures.style.identities import GUIDE, identity, in_order
+from reports.figures.style.decades import set_decade_ticks
+from reports.figures.style.decades import set_readable_ticks as ticks
+from reports.figures.style.identities import GUIDE, identity, legend_order
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure, LongForm, Section
 from reports.tables.comparison_tables import is_galvi
@@ -82,7 +82,7 @@ def seconds_per_orbit(axes: Axes, table: pd.DataFrame) -> None:
     colors = [identity(name).color for name in rows["contender"]]
     axes.vlines(rows["bodies"], low, high, colors=colors, linewidth=0.9)
     axes.set(yscale="log", ylabel="time for an orbit of the innermost planet [ms]")
-    decades(axes.yaxis)
+    set_decade_ticks(axes.yaxis)
 
 
 def share_of_limit(axes: Axes, table: pd.DataFrame) -> None:
@@ -100,7 +100,7 @@ def _over_bodies(axes: Axes, table: pd.DataFrame, column: str, unit: float = 1.0
     if rows.empty:
         raise NoData("no run reaches the error of the comparison.")
     rows = rows.sort_values("bodies")
-    for name in in_order(rows["contender"]):
+    for name in legend_order(rows["contender"]):
         runs, look = rows[rows["contender"] == name], identity(name)
         inside = "white" if name.endswith(FEW_HEAVY) else look.color
         axes.plot(runs["bodies"], runs[column] / unit, label=name, mfc=inside, **look.style)

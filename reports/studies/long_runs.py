@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from benchmarks.statistics.drift import Growth, rms
 from benchmarks.studies import free_body_drift, round_off
 from reports.figures.plots.lines import DOTS, LONG_DASH, SMALLEST_DRAWN
-from reports.figures.style.decades import decades
-from reports.figures.style.identities import CHART_LEGEND, GUIDE, identity, in_order
+from reports.figures.style.decades import set_decade_ticks
+from reports.figures.style.identities import CHART_LEGEND, GUIDE, identity, legend_order
 from reports.figures.style.layout import (
     NoData,
     contender_legend,
@@ -40,7 +40,7 @@ def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
     ]
     if not resolved:
         raise NoData("no ensemble of runs is complete.")
-    names = in_order(about["contender"] for about, _, _ in resolved)
+    names = legend_order(about["contender"] for about, _, _ in resolved)
     for about, t, errors in sorted(
         resolved, key=lambda ensemble: names.index(ensemble[0]["contender"])
     ):
@@ -66,8 +66,8 @@ def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
         xlabel="time [years]",
         ylabel="relative energy error, RMS [1]",
     )
-    decades(axes.xaxis)
-    decades(axes.yaxis)
+    set_decade_ticks(axes.xaxis)
+    set_decade_ticks(axes.yaxis)
 
 
 GROWS, SIGMAS = 0.25, 3.0  # exponent, by standard errors, below that of a walk and of a drift
@@ -160,7 +160,7 @@ def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
     turned = rows[rows["energy_error"].notna()] if len(rows) else rows
     if turned.empty:
         raise NoData("no body turned.")
-    names = in_order(turned["contender"])
+    names = legend_order(turned["contender"])
     pair = split(axes, len(PANELS), ylabel="largest error since the last mark [1]")
     for panel, (column, title) in zip(pair, PANELS.items(), strict=True):
         panel.set(xscale="log", yscale="log", xlabel="turns", title=title)
@@ -171,8 +171,8 @@ def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
             panel.plot(reached["turn"], size, markersize=4.0, **look.style)
             if 0 < len(reached) < len(run):
                 panel.plot(reached["turn"].iloc[-1], size.iloc[-1], "x", ms=11.0, color=look.color)
-        decades(panel.xaxis)
-        decades(panel.yaxis)
+        set_decade_ticks(panel.xaxis)
+        set_decade_ticks(panel.yaxis)
         mark_rounding(panel)
     contender_legend(panel, names)
 

@@ -10,7 +10,7 @@ from benchmarks.checks.claim import Row
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.section import Figure
 
-COLUMNS = (
+ROW_COLUMNS = (
     "id",
     "quantity",
     "source",
@@ -48,7 +48,7 @@ READ = (
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     """One line for each row; missing values are empty."""
-    table = pd.DataFrame(list(rows), columns=list(COLUMNS))
+    table = pd.DataFrame(list(rows), columns=list(ROW_COLUMNS))
     table[list(NUMBERS)] = table[list(NUMBERS)].apply(pd.to_numeric)
     return table
 

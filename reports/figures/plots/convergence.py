@@ -132,10 +132,12 @@ def in_h(
     )
 
 
-ABOVE = 6.0  # typographic points between the errors of a fit and the line of the claimed rate
-HOLLOW = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
-CLAIMED = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
-UNUSED = "not in the fit, or not resolved"
+CLAIM_OFFSET = (
+    6.0  # typographic points between the errors of a fit and the line of the claimed rate
+)
+HOLLOW_STYLE = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
+CLAIMED_STYLE = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
+UNUSED_LABEL = "not in the fit, or not resolved"
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 
@@ -148,8 +150,9 @@ def convergence(
     top: float = np.inf,
     unit: str = "unit of time",
 ) -> None:
-    """Draw errors under refinement of n, h, or the degree N, over n, h or 1 / N; points that are not
-    in the fit are hollow.
+    """Draw errors under refinement of n, h, or the degree N, over n, h or 1 / N.
+
+    Points that are not in the fit are hollow.
 
     Parameters
     ----------
@@ -158,17 +161,20 @@ def convergence(
     unit
         of the step size
     """
-    refined = rates[0].refinement
+    refinement = rates[0].refinement
     axes.set(
-        xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit), ylabel=ylabel
+        xscale=refinement.xscale,
+        yscale="log",
+        xlabel=refinement.xlabel.format(unit=unit),
+        ylabel=ylabel,
     )
-    if refined is IN_N:
+    if refinement is IN_N:
         axes.locator_params("x", integer=True)
-    elif refined is IN_DEGREE:  # at 1 / N for N = 2^k and 3 2^k
+    elif refinement is IN_DEGREE:  # at 1 / N for N = 2^k and 3 2^k
         axes.xaxis.set_major_locator(LogLocator(2.0, subs=(1.0, 4.0 / 3.0), numticks=20))
         axes.xaxis.set_major_formatter(lambda x, _: f"{1.0 / x:.0f}")
         axes.minorticks_off()
-    beyond: dict[tuple[float, str], None] = {}
+    clipped: dict[tuple[float, str], None] = {}
     for k, rate in enumerate(rates):
         x, error = rate.measured(table)
         if not np.any(error > 0.0):
@@ -180,18 +186,18 @@ def convergence(
         shown = np.where((error > 0.0) & (error <= top), error, np.nan)
         points(axes, x, shown, used, style, "not in the fit")
         axes.plot([], [], label=rate.text(fit), **style)
-        for large in np.flatnonzero(error > top):
-            axes.plot(x[large], top, "^", color=style["color"], mfc="white", clip_on=False)
-            beyond[x[large], f"{np.log10(error[large]):.0f}"] = None
+        for index in np.flatnonzero(error > top):
+            axes.plot(x[index], top, "^", color=style["color"], mfc="white", clip_on=False)
+            clipped[x[index], f"{np.log10(error[index]):.0f}"] = None
         if is_finite(fit.rate):
-            along = np.linspace(*fit.window, 50)
-            axes.plot(along, fit.evaluate(along), color=style["color"])
+            x_fit = np.linspace(*fit.window, 50)
+            axes.plot(x_fit, fit.evaluate(x_fit), color=style["color"])
             if rate.claimed is not None:
                 _claimed(axes, fit, rate.claimed, x[used], error[used])
-    for at, exponent in beyond:
+    for x_clipped, exponent in clipped:
         axes.annotate(
             f"$10^{{{exponent}}}$",
-            (at, top),
+            (x_clipped, top),
             xytext=(5, -2),
             color=GUIDE,
             fontsize=8,
@@ -203,8 +209,8 @@ def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndar
     """Draw the claimed rate, dashed, a little above all points (x, error) of the fit."""
     claim = replace(fit, rate=claimed, coefficient=1.0, power=0.0, bend=0.0)
     level = np.max(error / claim.evaluate(x)) * claim.evaluate(fit.window)
-    above = offset_copy(axes.transData, axes.figure, y=ABOVE, units="points")
-    legend(axes, axes.plot(fit.window, level, transform=above, **CLAIMED), ["claimed rate"])
+    above = offset_copy(axes.transData, axes.figure, y=CLAIM_OFFSET, units="points")
+    legend(axes, axes.plot(fit.window, level, transform=above, **CLAIMED_STYLE), ["claimed rate"])
 
 
 def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], hollow: str) -> None:
@@ -218,11 +224,11 @@ def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], ho
         label of hollow marks in the legend
     """
     axes.plot(x, y, **{**style, "marker": ""}, linewidth=0.6, alpha=0.5)
-    marks = {**style, "linestyle": "none"}
-    axes.plot(x[filled], y[filled], **marks)
-    axes.plot(x[~filled], y[~filled], **marks, markerfacecolor="white")
+    mark_style = {**style, "linestyle": "none"}
+    axes.plot(x[filled], y[filled], **mark_style)
+    axes.plot(x[~filled], y[~filled], **mark_style, markerfacecolor="white")
     if np.any(np.isfinite(y[~filled])):
-        legend(axes, [Line2D([], [], **HOLLOW)], [hollow])
+        legend(axes, [Line2D([], [], **HOLLOW_STYLE)], [hollow])
 
 
 def orders(axes: Axes, table: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
@@ -248,12 +254,12 @@ def orders(axes: Axes, table: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         steps = rows[rows["h"].notna()].sort_values("h")
         timed = rows[rows["seconds"] > 0.0].sort_values("error")
         used, resolved = steps["fit"].astype(bool), ~timed["note"].isin((BOUND, ROUND_OFF))
-        points(by_step, steps["h"], steps["error"], used, style, UNUSED)
-        points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED)
+        points(by_step, steps["h"], steps["error"], used, style, UNUSED_LABEL)
+        points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED_LABEL)
         order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
         if is_finite(order):
             text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
             h, errors = steps.loc[used, "h"], steps.loc[used, "error"]
-            middle = np.exp(np.mean(np.log(errors / h**order)))
-            by_step.plot(h, middle * h**order, **{**style, "marker": ""}, linewidth=1.6)
+            coefficient = np.exp(np.mean(np.log(errors / h**order)))
+            by_step.plot(h, coefficient * h**order, **{**style, "marker": ""}, linewidth=1.6)
         by_step.plot([], [], label=text, **style)

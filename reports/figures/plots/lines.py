@@ -74,7 +74,7 @@ def lines(
         whether to draw the sign, too; the caller then sets the scale of the vertical axis
     """
     axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
-    for k, (study, text) in enumerate(labels.items()):
+    for k, (study, label) in enumerate(labels.items()):
         x, y = curve(table, study, quantity, against)
         x, y = x / unit, y if signed else np.maximum(np.abs(y), floor)
         shown = (signed | (y > 0.0)) & ((x > 0.0) | (xscale != "log"))
@@ -82,9 +82,11 @@ def lines(
         marker = "" if against == TIME else MARKERS[k]
         if not shown.any():
             continue
-        axes.plot(x[shown], y[shown], color=color, marker=marker, linewidth=1.0, label=text)
+        axes.plot(x[shown], y[shown], color=color, marker=marker, linewidth=1.0, label=label)
         if between:
-            (low, errors), (high, _) = (curve(table, study, quantity, end) for end in between)
+            (low, errors), (high, _) = (
+                curve(table, study, quantity, bar_quantity) for bar_quantity in between
+            )
             axes.hlines(errors, low, high, color=color, linewidth=0.9, alpha=0.8)
         if against == TIME and any(pick(table, study=study, quantity=quantity)["status"] != ""):
             axes.plot(x[-1], y[-1], "X", color=color, markersize=7)
@@ -92,8 +94,8 @@ def lines(
         axes.invert_xaxis()
 
 
-LINEAR = 1e-3  # relative changes below this are drawn linearly, larger ones logarithmically
-TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
+LINEAR_BELOW = 1e-3  # relative changes below this are drawn linearly, larger ones logarithmically
+ENERGY_TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
 
 
 def energies(
@@ -117,13 +119,13 @@ def energies(
         unit=unit,
         signed=True,
     )
-    axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)
-    axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
-    axes.set_yticks(TICKS, [power_of_ten(tick) if tick else "0" for tick in TICKS])
-    axes.set_ylim(TICKS[0], TICKS[-1])
+    axes.axhspan(-LINEAR_BELOW, LINEAR_BELOW, color=BAND, zorder=0)
+    axes.set_yscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
+    axes.set_yticks(ENERGY_TICKS, [power_of_ten(tick) if tick else "0" for tick in ENERGY_TICKS])
+    axes.set_ylim(ENERGY_TICKS[0], ENERGY_TICKS[-1])
 
 
-PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
+TIME_IN_PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
 MAX_JOINED = 300  # above this many, points are not joined
 
 
@@ -133,7 +135,7 @@ def history(
     *,
     quantity: str,
     ylabel: str,
-    xlabel: str = PERIODS,
+    xlabel: str = TIME_IN_PERIODS,
     rounding: bool = False,
 ) -> None:
     """Draw values at step ends over a band that spans the values of the first half.
@@ -152,16 +154,28 @@ def history(
         raise NoData(f"no step has a finite {quantity}.")
     if rounding:
         value = value / np.finfo(float).eps
-        end, share = np.mean(value[-max(1, len(t) // 10) :]), (t - t[0]) / (t[-1] - t[0])
+        final_level, time_fraction = (
+            np.mean(value[-max(1, len(t) // 10) :]),
+            (t - t[0]) / (t[-1] - t[0]),
+        )
         guides = (0.5, "square root of the time", LONG_DASH), (1.0, "the time", DOTS)
         for power, label, dash in guides:
             axes.plot(
-                t, end * share**power, color=GUIDE, linewidth=1.2, linestyle=dash, label=label
+                t,
+                final_level * time_fraction**power,
+                color=GUIDE,
+                linewidth=1.2,
+                linestyle=dash,
+                label=label,
             )
     else:
-        first = value[t <= 0.5 * (t[0] + t[-1])]
+        first_half = value[t <= 0.5 * (t[0] + t[-1])]
         axes.axhspan(
-            first.min(), first.max(), color=BAND, zorder=0, label="range over the first half"
+            first_half.min(),
+            first_half.max(),
+            color=BAND,
+            zorder=0,
+            label="range over the first half",
         )
     style = (
         {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MAX_JOINED else {}
@@ -226,12 +240,12 @@ def jumps(
     )
     for k, (study, (text, color)) in enumerate(steps.items()):
         rows = pick(table, study=study)
-        wide = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
-        if not {turn, change} <= set(wide):
+        by_time = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
+        if not {turn, change} <= set(by_time):
             raise NoData(f"{study}: no step was done.")
         right.plot(
-            wide[turn],
-            np.maximum(wide[change], SMALLEST_DRAWN),
+            by_time[turn],
+            np.maximum(by_time[change], SMALLEST_DRAWN),
             color=color,
             marker=MARKERS[k],
             markersize=3.5,
@@ -263,7 +277,7 @@ def limits(
     for k, study in enumerate(charts):
         rows = pick(table, study=study, quantity=quantity).sort_values("step")
         turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
-        ended = ~np.isfinite(error)
+        has_failed = ~np.isfinite(error)
         axes.plot(
             turn,
             np.maximum(error, SMALLEST_DRAWN),
@@ -273,8 +287,8 @@ def limits(
             label=study,
         )
         axes.plot(
-            turn[ended],
-            np.full(ended.sum(), 1.03 + 0.035 * k),
+            turn[has_failed],
+            np.full(has_failed.sum(), 1.03 + 0.035 * k),
             "x",
             color=COLOURS[k],
             ms=3.5,
@@ -286,7 +300,7 @@ def limits(
         axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=text)
 
 
-GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
+GRAIN_COUNTS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
 
 
 def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
@@ -307,34 +321,34 @@ def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping
         xlabel="evaluations of the wind for a grain",
         ylabel=f"error of the {quantity}",
     )
-    of_cloud = table[table["study"].isin((quantity, WORK))]
-    runs = of_cloud.pivot_table("value", ["n", "steps"], "quantity")
+    cloud_rows = table[table["study"].isin((quantity, WORK))]
+    runs = cloud_rows.pivot_table("value", ["n", "steps"], "quantity")
     runs = runs.reindex(columns=[WORK, OF_STEP, f"{SAMPLING} of it"]).dropna()
     for k, (degree, label) in enumerate(degrees.items()):
         solved = runs[runs.index.get_level_values("n") == degree + 1]
         work, error, spread = np.abs(solved.to_numpy(float).T)
-        limit = error < spread
-        top = (error + spread)[limit]
+        is_limit = error < spread
+        upper_limits = (error + spread)[is_limit]
         style = {"color": COLOURS[k], "marker": MARKERS[k]}
         if len(solved):
             axes.errorbar(
-                work[~limit],
-                error[~limit],
-                yerr=spread[~limit],
+                work[~is_limit],
+                error[~is_limit],
+                yerr=spread[~is_limit],
                 label=label,
                 linewidth=1.0,
                 **style,
             )
             axes.errorbar(
-                work[limit],
-                top,
-                yerr=0.4 * top,
+                work[is_limit],
+                upper_limits,
+                yerr=0.4 * upper_limits,
                 uplims=True,
                 mfc="white",
                 linestyle="none",
                 **style,
             )
-    for (grains, text), dash in zip(GRAINS.items(), (LONG_DASH, DOTS), strict=True):
+    for (grains, text), dash in zip(GRAIN_COUNTS.items(), (LONG_DASH, DOTS), strict=True):
         level = sampling_error(table, quantity, grains)
         if level > 0.0:
             axes.axhline(level, color=GUIDE, linestyle=dash, linewidth=1.0, label=text)

@@ -62,8 +62,8 @@ def paths(
 
     Raises NoData for a body without a finite position.
     """
-    drawn = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
-    for plane, panel in zip(drawn, panels, strict=True):
+    planes = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
+    for plane, panel in zip(planes, panels, strict=True):
         plane.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         for k, body in enumerate(bodies):
             color, (x, y) = COLOURS[k], _path(table, panel.study, panel.quantity, body)
@@ -97,7 +97,7 @@ def _path(table: pd.DataFrame, study: str, quantity: str, body: str) -> Array:
     return rows[["x", "y"]].dropna().to_numpy(float).T
 
 
-WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
+HALF_WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 
 
 def clouds(
@@ -106,25 +106,25 @@ def clouds(
     """Draw x and z of the grains in the air: a panel for each time, a colour for each label, the
     last label in front. The rotor is a line; the ray of the optical depth is dashed."""
     for plane, t in zip(split(axes, len(times)), times, strict=True):
-        for artist in _cloud(plane, table, study, labels, t):
+        for artist in _draw_cloud(plane, table, study, labels, t):
             artist.set_rasterized(True)
         plane.plot(
             *zip(PILOT, TARGET, strict=True), color=GUIDE, linewidth=0.7, linestyle=(0, (4, 3))
         )
         plane.set_title(f"{t:g} s")
-    _sizes(plane, labels)
+    _add_size_entries(plane, labels)
 
 
 def moving_cloud(axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
     """Draw the grains as `clouds`, in one panel with a frame for each time of the study."""
     times = np.unique(pick(table, study=study)["t"])
     for k, t in enumerate(times):
-        clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
-        in_frame([*_cloud(axes, table, study, labels, t), clock], k, len(times))
-    _sizes(axes, labels)
+        time_text = axes.text(-19.0, 10.8, f"{t:.2f} s")
+        in_frame([*_draw_cloud(axes, table, study, labels, t), time_text], k, len(times))
+    _add_size_entries(axes, labels)
 
 
-def _cloud(
+def _draw_cloud(
     axes: Axes, table: pd.DataFrame, study: str, labels: Sequence[str], t: float
 ) -> list[Artist]:
     """Draw the rotor and the grains of each size at time t; returns the artists."""
@@ -132,7 +132,7 @@ def _cloud(
     if rows.empty:
         raise NoData("no grain has a finite position.")
     axes.set(
-        xlim=(-WIDTH, WIDTH),
+        xlim=(-HALF_WIDTH, HALF_WIDTH),
         ylim=(0.0, HEIGHT),
         aspect="equal",
         xlabel="$x$ [m]",
@@ -141,14 +141,21 @@ def _cloud(
         yticks=[0, 5, 10],
     )
     grains = [
-        axes.plot(size["x"], size["z"], ".", color=COLOURS[k], markersize=2.3, markeredgewidth=0.0)
-        for k, size in enumerate(pick(rows, label=label) for label in labels)
+        axes.plot(
+            rows_of_size["x"],
+            rows_of_size["z"],
+            ".",
+            color=COLOURS[k],
+            markersize=2.3,
+            markeredgewidth=0.0,
+        )
+        for k, rows_of_size in enumerate(pick(rows, label=label) for label in labels)
     ]
     rotor = axes.plot([-R, R], [rotor_height(decay(t))] * 2, color=INK, linewidth=1.3)
     return [artist for drawn in (*grains, rotor) for artist in drawn]
 
 
-def _sizes(axes: Axes, labels: Sequence[str]) -> None:
+def _add_size_entries(axes: Axes, labels: Sequence[str]) -> None:
     """Add an entry of the legend for each size."""
     for k, label in enumerate(labels):
         axes.plot([], [], "o", color=COLOURS[k], label=label.replace("micrometres", "µm"))

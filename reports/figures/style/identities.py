@@ -25,9 +25,9 @@ BAND = "#eef3f7"
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
-DEGREE = "N ="  # beginning of the names of claims' studies of galvi's method of that degree
+DEGREE_PREFIX = "N ="  # beginning of the names of claims' studies of galvi's method of that degree
 MAX_NAMES = 8  # largest number of names with an entry each in a legend, see `grouped`
-VARIANTS = {  # text after the last comma of a name -> its dash
+DASH_OF_VARIANT = {  # text after the last comma of a name -> its dash
     "GLOBAL": DOTTED,
     "looser": DASH_DOT,
     "default": DOTTED,
@@ -63,15 +63,15 @@ TABLE: dict[str, tuple[str, str, Any]] = {
     "implicit Euler": ("#7F7F7F", "s", DOTTED),
 }
 BLUES = LinearSegmentedColormap.from_list("galvi", ("#8CC7EF", "#3A8FE0", "#1B4FA8", "#000A28"))
-OF_DEGREE = {2: "v", 4: "^", 5: "<", 6: "s", 7: ">", 8: "o", 10: "D", 12: "P", 16: "X"}
-SPARE = ("#5A2A82", "#B8860B", "#2E6E2E", "#A0527A", "#20606E", "#7A1F1F")
+MARKER_OF_DEGREE = {2: "v", 4: "^", 5: "<", 6: "s", 7: ">", 8: "o", 10: "D", 12: "P", 16: "X"}
+SPARE_COLOURS = ("#5A2A82", "#B8860B", "#2E6E2E", "#A0527A", "#20606E", "#7A1F1F")
 CHART_DASHES = (  # of galvi's charts, in their order
     ("solid", SOLID),
     ("dash-dotted", (0, (6, 1.5, 1, 1.5))),
     ("dotted", (0, (1, 1.5))),
     ("dash-dot-dotted", (0, (6, 1.5, 1, 1.5, 1, 1.5))),
 )
-OF_CHART = {chart.name: dash for chart, (_, dash) in zip(CHARTS, CHART_DASHES, strict=False)}
+DASH_OF_CHART = {chart.name: dash for chart, (_, dash) in zip(CHARTS, CHART_DASHES, strict=False)}
 CHART_LEGEND = "lines by chart: " + ", ".join(
     f"{dash} {chart.name}" for chart, (dash, _) in zip(CHARTS, CHART_DASHES, strict=False)
 )
@@ -105,15 +105,17 @@ def identity(name: str) -> Identity:
         points = re.search(r"Gauss (\d+)", name)
         marker = "*" if points is None or int(points[1]) < 12 else "P"
         return Identity(FRAME, TABLE[FRAME][0], marker, DOTTED if "passes" in name else SOLID)
-    if name.startswith((OURS, DEGREE)):
+    if name.startswith((OURS, DEGREE_PREFIX)):
         number = re.search(r"(?:degree|Gauss|N =) (\d+)", name)
         degree = int(number[1]) if number else 8
-        dash = DASH_DOT if ending == "general kernel" else OF_CHART.get(ending, SOLID)
+        dash = DASH_DOT if ending == "general kernel" else DASH_OF_CHART.get(ending, SOLID)
         family = CLOCK if name.startswith(CLOCK) else OURS
-        return Identity(family, blue(degree), OF_DEGREE.get(degree, "o"), dash)
-    spare = SPARE[sum(family.encode()) % len(SPARE)]  # no hash: that differs between processes
+        return Identity(family, colour_of_degree(degree), MARKER_OF_DEGREE.get(degree, "o"), dash)
+    spare = SPARE_COLOURS[
+        sum(family.encode()) % len(SPARE_COLOURS)
+    ]  # no hash: that differs between processes
     color, marker, dash = TABLE.get(family, (spare, "h", DASHED))
-    return Identity(family, color, marker, VARIANTS.get(ending, dash))
+    return Identity(family, color, marker, DASH_OF_VARIANT.get(ending, dash))
 
 
 def line_color(name: str, index: int) -> str:
@@ -123,12 +125,12 @@ def line_color(name: str, index: int) -> str:
     return look.color if look.family in (OURS, *TABLE) else COLOURS[index % len(COLOURS)]
 
 
-def blue(degree: int) -> str:
+def colour_of_degree(degree: int) -> str:
     """The colour of a degree, by its logarithm; below 2 as for 2, above 16 as for 16."""
     return to_hex(BLUES((np.log2(max(degree, 2)) - 1.0) / 3.0))
 
 
-def in_order(names: Iterable[str]) -> list[str]:
+def legend_order(names: Iterable[str]) -> list[str]:
     """Each name once: galvi's methods by degree, then the rows of TABLE, then other names."""
     families = (OURS, *TABLE)
 
@@ -140,10 +142,10 @@ def in_order(names: Iterable[str]) -> list[str]:
     return sorted(dict.fromkeys(names), key=key)
 
 
-def grouped(names: Iterable[str]) -> list[tuple[str, list[str]]]:
+def legend_groups(names: Iterable[str]) -> list[tuple[str, list[str]]]:
     """(label, names) of the entries of a legend: one for each name or, if there are more than
     MAX_NAMES, one for each family."""
-    ordered = in_order(names)
+    ordered = legend_order(names)
     families: dict[str, list[str]] = {}
     for name in ordered:
         family = identity(name).family if len(ordered) > MAX_NAMES else name

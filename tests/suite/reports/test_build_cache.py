@@ -18,7 +18,7 @@ import pytest
 
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.store.provenance import ROOT
-from reports.build.workers import WORKERS, processors, study_in_workers
+from reports.build.workers import WORKER_COUNT, processors, study_in_workers
 from reports.contents import SECTIONS, load
 from reports.results.cache import FOLDER, BuildCache, Study
 from reports.results.claim_results import check
@@ -137,7 +137,7 @@ def study(name, measure):
     return Study(name, "study", name, partial(measure, True), timed=False)
 
 
-@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.skipif(processors() < WORKER_COUNT, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tmp_path):
     cache = BuildCache()
     first, last = tmp_path / "a", tmp_path / "d"
@@ -160,7 +160,7 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
     assert list(study_in_workers(timed, BuildCache())) == []
 
 
-@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.skipif(processors() < WORKER_COUNT, reason="one processor")
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 def test_the_death_of_a_worker_is_no_more_than_missing_results():
     studies = [study(name, dying if name == "d" else partial(quiet, 0.0)) for name in "abcde"]
@@ -191,7 +191,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
-@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.skipif(processors() < WORKER_COUNT, reason="one processor")
 @pytest.mark.parametrize("how", ["kill", "end"])
 def test_workers_end_with_the_build_however_it_ends(tmp_path, how):
     (tmp_path / "script.py").write_text(KILLED)

@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.work_precision.run import problems, work_precision
 from reports.build.first_look import remembering
-from reports.build.kept import LOCK
+from reports.build.kept import LOCK_FILE
 from reports.cli.commands import run
 from reports.results import cache
 from reports.results.cache import FOLDER, open_cache
@@ -121,7 +121,7 @@ def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
             yield study, 0.1
 
     monkeypatch.setattr("reports.build.first_look.study_in_workers", finishing)
-    monkeypatch.setattr("reports.build.first_look.PATIENCE", 0.0)
+    monkeypatch.setattr("reports.build.first_look.PATIENCE_SECONDS", 0.0)
     _, calls = bench("build", "--out", str(tmp_path))
     assert calls[:4] == ["V1", "V1", "V3", "ball"]  # V3 was too late for the first page
     lines = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
@@ -283,7 +283,7 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
 def held(out):
     """Another process that builds there."""
     out.mkdir(exist_ok=True)
-    command = [sys.executable, "-c", HOLD, str(out / LOCK)]
+    command = [sys.executable, "-c", HOLD, str(out / LOCK_FILE)]
     with subprocess.Popen(command, stdin=-1, stdout=-1, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "held\n"
         yield
@@ -311,7 +311,8 @@ def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
 def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
     resumed, tmp_path, capsys
 ):
-    (tmp_path / LOCK).mkdir()  # as if it were not ours: whoever may do everything is refused, too
+    # as if it were not ours: whoever may do everything is refused, too
+    (tmp_path / LOCK_FILE).mkdir()
     assert resumed("--out", str(tmp_path)) == (2, [])
     errors = capsys.readouterr().err
     assert "--out expects a folder to write in; " in errors and len(errors.splitlines()) == 1

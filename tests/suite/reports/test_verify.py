@@ -15,7 +15,7 @@ from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import Statement, claims_by_place, places, statements
 from references import EngineMissing
 from reports.build.kept import kept_claims
-from reports.build.verify import moved
+from reports.build.verify import differs
 from reports.results import summary as outcome
 from reports.results.junit import JUnitCase, github_annotations, junit_xml
 from reports.results.rows import merged, read_rows
@@ -287,9 +287,9 @@ def test_what_changed_is_printed_and_written(ask):
 
 
 def test_a_number_moves_beyond_its_uncertainty_or_a_tenth():
-    assert not moved(1.0, 0.1, 1.28, 0.1) and moved(1.0, 0.1, 1.29, 0.1)
-    assert not moved(1.0, None, 1.1, float("nan")) and moved(1.0, None, 1.12, None)
-    assert moved(1.0, 0.1, float("nan"), 0.1) and not moved(None, None, float("nan"), None)
+    assert not differs(1.0, 0.1, 1.28, 0.1) and differs(1.0, 0.1, 1.29, 0.1)
+    assert not differs(1.0, None, 1.1, float("nan")) and differs(1.0, None, 1.12, None)
+    assert differs(1.0, 0.1, float("nan"), 0.1) and not differs(None, None, float("nan"), None)
 
 
 def test_an_interrupt_has_a_status_and_leaves_the_file_of_the_last_run(ask):
