@@ -52,7 +52,7 @@ def build(
     with locked(options.out), SiteBuilder() as site:
         cache = open_cache(suite, options)
         if cache.resumed:
-            print(cache.greeting(), flush=True)
+            print(cache.resumption(), flush=True)
 
         def provenance(command: str) -> dict[str, str]:
             return {**suite.provenance(command), **cache.provenance()}
@@ -144,7 +144,7 @@ def _build(
     comparison = compare(suite, options, cache)
     pages(verified.checked, comparison, pending=(STUDIES,))
     sections = study(suite, options, suite.sections, cache)
-    cache.look()
+    cache.check_sources()
     note_origin(options.out, PAGE, suite.provenance(options.command), options.quick)
     pages(verified.checked, comparison, sections)
     if cache.edited:

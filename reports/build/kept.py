@@ -19,10 +19,12 @@ from reports.results.options import CONTENDER_PREFIX
 from reports.results.rows import read_rows
 from reports.results.section import Section
 from reports.results.section_result import SectionResult
-from reports.tables.claims_table import NUMBERS, ROW_COLUMNS
+from reports.tables.claims_table import NUMBER_COLUMNS, ROW_COLUMNS
 from reports.tables.number_format import is_finite
 
-LOCK_FILE = ".build"  # in the folder
+LOCK_FILE = ".build"  # in the output folder
+CLAIMS_FILE = "claims.csv"
+DURATIONS_FILE = "durations.csv"
 
 
 @contextmanager
@@ -46,9 +48,6 @@ def locked(folder: Path) -> Iterator[None]:
         yield
     finally:
         lock.release()
-
-
-CLAIMS_FILE, DURATIONS_FILE = "claims.csv", "durations.csv"
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
@@ -92,7 +91,7 @@ def _without_study(id: str) -> Claim:
 
 def kept_comparison(out: Path) -> Comparison:
     """The stored tables of the last comparison; None for a table without a readable file."""
-    runs = read_rows(out / "work_precision.csv", needed="is_truth")
+    runs = read_rows(out / "work_precision.csv", required_column="is_truth")
     return Comparison(None if runs is None else dependable(runs), read_rows(out / "cost.csv"))
 
 
@@ -114,6 +113,6 @@ def durations(out: Path) -> dict[str, float]:
 
 def _row(line: dict[str, object]) -> Row:
     """The row of a line of claims.csv; numbers that are not finite become None."""
-    numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBERS}
+    numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBER_COLUMNS}
     texts = {name: str(line[name]) for name in ROW_COLUMNS if name in line and name not in numbers}
     return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -10,7 +10,12 @@ from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.results.section import Section
-from reports.results.section_result import FOLDER, SectionResult, measure_sections, say
+from reports.results.section_result import (
+    STUDIES_FOLDER,
+    SectionResult,
+    measure_sections,
+    print_progress,
+)
 from reports.results.suite import Suite
 from reports.tables.writing import write_table
 
@@ -51,7 +56,7 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
         For a name that is no study with a long form.
     """
     failures: list[str] = []
-    folder = options.out / FOLDER
+    folder = options.out / STUDIES_FOLDER
     long_forms = {
         section.name: section.long_form
         for section in suite.sections
@@ -64,7 +69,7 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
     for section in suite.sections:
         if section.name not in selected_names:
             continue
-        runs = long_forms[section.name].runs(folder, say)
+        runs = long_forms[section.name].runs(folder, print_progress)
         missing = [run for run in runs if not run.is_complete()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are complete.")
         errors = BuildCache().measure(

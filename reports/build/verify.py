@@ -36,10 +36,10 @@ from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
 from reports.results.progress import Studies
-from reports.results.rows import marked, merged, read_marked, read_rows
+from reports.results.rows import merge_rows, read_rows, read_with_origin, with_origin
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
-from reports.tables.claims_table import READ, claims_frame, convergence_frame
+from reports.tables.claims_table import READABLE_COLUMNS, claims_frame, convergence_frame
 from reports.tables.number_format import is_finite, plain
 from reports.tables.writing import as_markdown, write_table
 
@@ -80,7 +80,7 @@ class Verified:
     @property
     def holds(self) -> bool:
         """Whether enough verdicts are the expected ones, and every required engine is there."""
-        return self.summary.holds(self.fail_under) and not self.engines.wanting
+        return self.summary.holds(self.fail_under) and not self.engines.missing
 
     @property
     def share_sentence(self) -> str:
@@ -88,7 +88,8 @@ class Verified:
         if self.fail_under == 100.0:
             return ""
         return (
-            f"{self.summary.share:.4g} % of the checks came out as expected; --fail-under asks for "
+            f"{self.summary.percent_expected:.4g} % of the checks came out as expected; "
+            "--fail-under asks for "
             f"{self.fail_under:.4g} %."
         )
 
@@ -247,20 +248,20 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     ids = [claim.id for claim in suite.claims]
 
     def mark_rows(table: pd.DataFrame, key: str) -> pd.DataFrame:
-        return marked(table.assign(date=[dates[name] for name in table[key]]), origin)
+        return with_origin(table.assign(date=[dates[name] for name in table[key]]), origin)
 
     new_rows = mark_rows(
         claims_frame(row for claim_result in checked for row in claim_result.rows), "id"
     )
-    old_rows = read_marked(options.out / CLAIMS_FILE, "id", origin_before)
-    merged_rows = merged(old_rows, new_rows, "id", dates, ids)
+    old_rows = read_with_origin(options.out / CLAIMS_FILE, "id", origin_before)
+    merged_rows = merge_rows(old_rows, new_rows, "id", dates, ids)
     write(options.out / CLAIMS_FILE, as_csv(merged_rows))
     note_origin(options.out, CLAIMS_FILE, provenance, options.quick)
-    write_table(tables, "claims", merged_rows, merged_rows[list(READ)], origin)
+    write_table(tables, "claims", merged_rows, merged_rows[list(READABLE_COLUMNS)], origin)
     fits = mark_rows(convergence_frame(checked, FIGURES), "claim")
-    fits_before = read_marked(tables / "convergence.csv", "claim", origin_before)
+    fits_before = read_with_origin(tables / "convergence.csv", "claim", origin_before)
     write_table(
-        tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
+        tables, "convergence", merge_rows(fits_before, fits, "claim", dates, ids), origin=origin
     )
     for claim_result in checked:
         path = options.out / "frames" / f"{claim_result.claim.id}.csv"

@@ -57,9 +57,9 @@ def verify_claims(
 ) -> int:
     """Check the claims. Exit 1 when a verdict is not as expected."""
     from reports.build.verify import selected, verify
-    from reports.results.own_problems import joined
+    from reports.results.own_problems import with_contenders
 
-    with joined(context.obj.load(), contender or (), timeout) as suite:
+    with with_contenders(context.obj.load(), contender or (), timeout) as suite:
         options = options_of(
             context, suite, out, claims, require, quick=quick, fail_under=fail_under
         )
@@ -91,7 +91,7 @@ def compare_methods(
     """Time galvi and other codes at matched error."""
     from reports.build.compare import compare
     from reports.build.sections import study
-    from reports.results.own_problems import joined, narrowed, with_problems
+    from reports.results.own_problems import with_contenders, with_problems, with_selected_problems
     from reports.results.section_result import runnable
 
     full_suite = context.obj.load()
@@ -99,10 +99,10 @@ def compare_methods(
         full_suite = with_problems(full_suite, problem, bool(contender))
     if only:
         with as_usage_error(ValueError, prefix="--only: "):
-            full_suite = narrowed(full_suite, only, quick)
+            full_suite = with_selected_problems(full_suite, only, quick)
     if not is_typed(context, "out"):
         out /= "only" if only else "own" if problem else ""  # full results stay
-    with joined(full_suite, contender or (), timeout) as suite:
+    with with_contenders(full_suite, contender or (), timeout) as suite:
         options = options_of(context, suite, out, quick=quick)
         studies = runnable([section for section in suite.sections if section.compared])
         failures = [
@@ -144,7 +144,7 @@ def build_all(
 ) -> int:
     """Measure everything and write the pages. Resumes an interrupted build."""
     from reports.build.build import build, build_kept
-    from reports.results.own_problems import joined
+    from reports.results.own_problems import with_contenders
 
     full_suite = context.obj.load()
     if from_rows:
@@ -155,7 +155,7 @@ def build_all(
         return int(tutorials and bool(warnings))
     if tutorials:
         raise typer.BadParameter("--tutorials requires --kept.")
-    with joined(full_suite, contender or (), timeout) as suite:
+    with with_contenders(full_suite, contender or (), timeout) as suite:
         options = options_of(
             context,
             suite,

@@ -34,7 +34,7 @@ from reports.tracking.junit_cases import as_junit, junit_cases
 from reports.tracking.outcome import as_json, summary
 from reports.tracking.record import STORE
 from reports.tracking.tracked_problems import contender_cases
-from reports.tracking.worker import CONTENDER_SECONDS, SECONDS
+from reports.tracking.worker import ANSWER_SECONDS, CONTENDER_SECONDS
 
 THRESHOLDS = Thresholds()
 
@@ -73,7 +73,7 @@ def track_command(
         raise typer.BadParameter("--slower and --less-accurate are for a --contender.")
     if contenders and (only or isolate):
         raise typer.BadParameter("--only and --isolate are not for a --contender.")
-    answer_seconds = timeout or (CONTENDER_SECONDS if contenders else SECONDS)
+    answer_seconds = timeout or (CONTENDER_SECONDS if contenders else ANSWER_SECONDS)
     try:
         if contenders:
             sides = project_checkouts(against, Path.cwd())
@@ -111,7 +111,7 @@ def track_against(
     out: Path,
     provenance: Mapping[str, str],
     isolate: bool,
-    limit: float = SECONDS,
+    limit: float = ANSWER_SECONDS,
 ) -> int:
     """Compare the working tree with a revision; print the outcome, and write against.md,
     against.json, track.xml, track-*.json and, where the yardstick was timed, a bench for the
@@ -153,4 +153,4 @@ def track_against(
     all_new = all(finding.pair.case.contender in outcome.new for finding in outcome.findings)
     if not outcome.compared and not all_new:
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")
-    return int(outcome.red)
+    return int(outcome.has_alarms)

@@ -15,7 +15,7 @@ import pandas as pd
 
 from benchmarks.store.atomic import write
 from benchmarks.work_precision.dependable import dependable
-from reports.results.origins import NAME, note_origin, read_origins, short
+from reports.results.origins import PROVENANCE_FILE, note_origin, read_origins, short_commit
 from reports.results.rows import read_rows
 
 MACHINES, ROWS, BENCHES = "machines", "work_precision.csv", "benchmarks"
@@ -56,7 +56,7 @@ class Machine:
         return (
             f"{self.origin.get('cpu', 'unknown processor')} "
             f"({self.origin.get('compiled for', 'unknown')}), {self.date.partition(' ')[0]}, "
-            f"commit {short(self.origin.get('commit', ''))}"
+            f"commit {short_commit(self.origin.get('commit', ''))}"
         )
 
 
@@ -113,7 +113,8 @@ def _check(folder: Path) -> None:
         if any((folder / BENCHES).rglob("*")):
             return
         raise ValueError(
-            f"expected folders of reports, with {ROWS} and {NAME}, or {BENCHES}/; received "
+            f"expected folders of reports, with {ROWS} and {PROVENANCE_FILE}, or {BENCHES}/; "
+            "received "
             f"{folder}, which has neither. Name the folder that `galvi compare --out` wrote."
         )
     table = read_rows(folder / ROWS, NEEDED[0])
@@ -125,7 +126,8 @@ def _check(folder: Path) -> None:
         )
     if not read_origins(folder).get(ROWS, {}).get("cpu"):
         raise ValueError(
-            f"{folder / NAME} expects the origin of {ROWS} with its processor; received none. "
+            f"{folder / PROVENANCE_FILE} expects the origin of {ROWS} with its processor; "
+            "received none. "
             "Copy it from where the rows were measured."
         )
 

@@ -16,10 +16,10 @@ from reports.build.first_look import remembering
 from reports.build.kept import LOCK_FILE
 from reports.cli.commands import run
 from reports.results import cache
-from reports.results.cache import FOLDER, open_cache
+from reports.results.cache import CACHE_FOLDER, open_cache
 from reports.results.comparison import Comparison
 from reports.results.options import Options
-from reports.results.rows import MARKS
+from reports.results.rows import ORIGIN_COLUMNS
 from reports.results.section import Section
 from tests.suite.reports.small_reports import claim, suite_of
 
@@ -185,9 +185,9 @@ def stopped(bench, part, *arguments):
 
 def stored_results(out):
     """The results of all builds in this folder that were stopped."""
-    if not (out / FOLDER).exists():
+    if not (out / CACHE_FOLDER).exists():
         return []
-    return list((out / FOLDER).rglob("*.json"))
+    return list((out / CACHE_FOLDER).rglob("*.json"))
 
 
 @pytest.mark.slow_cases(but=["top"])
@@ -208,7 +208,7 @@ def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
     )
     # "top" reports a fault.
     assert (phrase in printed) == (where > 0) and status == (last != "study")
-    assert not (tmp_path / FOLDER).exists()
+    assert not (tmp_path / CACHE_FOLDER).exists()
     assert resumed(*out)[1] == ALL
     assert "Resuming" not in capsys.readouterr().out
 
@@ -230,7 +230,7 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(res
     resumed("--out", str(in_two))
     for name in ("claims", "work_precision", "cost", "sky_and_model", "study"):
         left, right = (pd.read_csv(folder / f"{name}.csv") for folder in (at_once, in_two))
-        columns = [column for column in left if column not in MARKS]
+        columns = [column for column in left if column not in ORIGIN_COLUMNS]
         pd.testing.assert_frame_equal(left[columns], right[columns], check_exact=True)
     phrase = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
     origins = json.loads((in_two / "provenance.json").read_text())

@@ -56,7 +56,7 @@ def suite(monkeypatch):
         contender_claims = [claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
         yield replace(suite, claims=(*suite.claims, *contender_claims))
 
-    monkeypatch.setattr("reports.results.own_problems.joined", joined)
+    monkeypatch.setattr("reports.results.own_problems.with_contenders", joined)
     wrong = claim("V2", (replace(ROW, verdict="contradicted"),))
     suite = suite_of(claim("V1"), wrong, claim("V3"), engines=lambda: {"rebound": "It is absent."})
     return suite, requests

@@ -18,7 +18,7 @@ from reports.build.kept import kept_claims
 from reports.build.verify import differs
 from reports.results import summary as outcome
 from reports.results.junit import JUnitCase, github_annotations, junit_xml
-from reports.results.rows import merged, read_rows
+from reports.results.rows import merge_rows, read_rows
 from reports.results.summary import Summary
 from tests.suite.reports.small_reports import ROW, claim, suite_of
 
@@ -262,7 +262,7 @@ def test_rows_that_cannot_be_read_are_told_and_replaced(ask, tmp_path, text):
 def test_a_claim_that_is_gone_leaves_the_table():
     before = pd.DataFrame({"id": ["V1", "W9"], "x": [1, 2]})
     now = pd.DataFrame({"id": ["V2"], "x": [3]})
-    table = merged(before, now, "id", ["V2"], ["V1", "V2"])
+    table = merge_rows(before, now, "id", ["V2"], ["V1", "V2"])
     assert table.to_dict("list") == {"id": ["V1", "V2"], "x": [1, 3]}
 
 
