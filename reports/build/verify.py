@@ -47,9 +47,8 @@ SUMMARY_COLUMNS = ["id", "quantity", "bound", "measured", "uncertainty", "verdic
 PROPERTY_FIELDS = ("source", "claimed", "setup", "reference", "reason")  # of a row, in verify.xml
 CHANGE_COLUMNS = ["claim", "quantity", "what", "before", "now"]
 MAX_STANDARD_ERRORS = 2.0  # standard errors of a difference, up to which two numbers count as equal
-RELATIVE_TOLERANCE = (
-    0.1  # relative tolerance of values without uncertainty: round-off differs by machine
-)
+# Relative tolerance of values without uncertainty: round-off differs by machine:
+RELATIVE_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True, eq=False)

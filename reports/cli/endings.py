@@ -23,9 +23,8 @@ from reports.cli.project import TABLE
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 INTERRUPTED, NO_READER = 130, 141  # 141: what a shell reports of a closed pipe
-TRACEBACK_VARIABLE = (
-    "GALVI_TRACEBACK"  # environment variable; where it is set, tracebacks are printed
-)
+# Environment variable; where it is set, tracebacks are printed:
+TRACEBACK_VARIABLE = "GALVI_TRACEBACK"
 MAX_MESSAGE_LENGTH = 500  # characters of an exception's message that are shown
 
 

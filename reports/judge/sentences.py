@@ -60,7 +60,8 @@ def own_run(judgement: Judgement) -> list[str]:
         lines.append(
             "Run without stops at these times, which shorten its steps, it fails."
             if math.isinf(unstopped)
-            else f"Run to the end without stops at these times, which shorten its steps, {error_clause}."
+            else "Run to the end without stops at these times, which shorten its steps, "
+            f"{error_clause}."
         )
     if run["end"] != End.COMPLETED.value or run["remarks"]:
         lines.append(f"Its status: {run['status']}")

@@ -34,9 +34,8 @@ ABBREVIATED_FIELDS = (
     "reference",
 )  # fields that refer to the previous row's by AS_ABOVE
 AS_ABOVE = "as above"
-MIN_REPEATED_LENGTH = (
-    40  # characters from which a common beginning of two texts is replaced by AS_ABOVE
-)
+# Characters from which a common beginning of two texts is replaced by AS_ABOVE:
+MIN_REPEATED_LENGTH = 40
 
 
 @dataclass(frozen=True)

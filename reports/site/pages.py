@@ -123,8 +123,8 @@ def _environment() -> Environment:
         without_folder=without_folder,
     )
     functions: tuple[Any, ...] = (
-        built, chances, command_lines, counted, describe_origins, elsewhere, energies, fastest_cells,
-        fastest_lines, file_table, html_table, in_text, label_of, motions, mujoco_overhead,
+        built, chances, command_lines, counted, describe_origins, elsewhere, energies,
+        fastest_cells, fastest_lines, file_table, html_table, in_text, label_of, motions, mujoco_overhead,
         of_mujoco, peers, readable_cost, readable_ratios, readable_targets, sentences, slug,
         without_common, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip

@@ -77,9 +77,8 @@ def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
     set_decade_ticks(axes.yaxis)
 
 
-MAX_STATIONARY_EXPONENT = (
-    0.25  # smaller exponents are no growth: that of a random walk is 1/2, that of a drift 1
-)
+# Smaller exponents are no growth: that of a random walk is 1/2, that of a drift 1:
+MAX_STATIONARY_EXPONENT = 0.25
 STANDARD_ERRORS = 3.0  # standard errors by which an exponent must be smaller
 ROUND_OFF_COLUMNS = {
     "contender": "contender",

@@ -241,7 +241,8 @@ def mujoco_overhead(runs: pd.DataFrame) -> str:
 def _error_ratio_text(error_ratio: float) -> str:
     if 0.9 < error_ratio < 1.1:
         return "as large"
-    return f"{two_digits(max(error_ratio, 1.0 / error_ratio))} times {'smaller' if error_ratio > 1 else 'larger'}"
+    size = two_digits(max(error_ratio, 1.0 / error_ratio))
+    return f"{size} times {'smaller' if error_ratio > 1 else 'larger'}"
 
 
 NOBODY = "not reached"

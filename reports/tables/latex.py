@@ -20,20 +20,16 @@ NEEDS = (
     r"% needs \usepackage{booktabs,siunitx,tabularx,xltabular,pdflscape}; "
     "galvi export --columns chooses columns"
 )
-MAX_FLOATING_ROWS = (
-    25  # largest number of rows of a floating table; a longer one breaks across pages
-)
+# Largest number of rows of a floating table; a longer one breaks across pages:
+MAX_FLOATING_ROWS = 25
 MAX_UPRIGHT_COLUMNS = 7  # largest number of columns of an upright table
-MAX_SCRIPTSIZE_COLUMNS = (
-    12  # largest number of columns of a sideways table in scriptsize; more are in tiny
-)
+# Largest number of columns of a sideways table in scriptsize; more are in tiny:
+MAX_SCRIPTSIZE_COLUMNS = 12
 MAX_UNBROKEN_TEXT = 12  # characters; columns of texts that are no longer have no line breaks
-MIN_MEAN_LENGTH = (
-    30  # smallest mean length of texts, in characters, that counts for a column's width
-)
-UNBROKEN_CHARACTERS = (
-    12  # characters after which a word may break; half as many beyond SIDEWAYS columns
-)
+# Smallest mean length of texts, in characters, that counts for a column's width:
+MIN_MEAN_LENGTH = 30
+# Characters after which a word may break; half as many beyond MAX_SCRIPTSIZE_COLUMNS:
+UNBROKEN_CHARACTERS = 12
 MAX_TABLE_ROWS = 250  # largest number of rows of a table, for the sake of TeX's memory
 TEXT_COLUMN = r">{\hsize=%.2f\hsize\raggedright\arraybackslash\hspace{0pt}}X"  # hyphens in any word
 STYLE = (
@@ -58,9 +54,8 @@ TEX_OF_CHARACTER = str.maketrans({
     "\u2033": r"\ensuremath{''}", "\u200b": r"\allowbreak{}", "\n": " ", "\t": " ",
     "\u202f": r"\,", "\u2009": r"\,", "\u00a0": "~",
 })  # fmt: skip
-BREAK_POSITION = (
-    r"(?<=[/_,;:=])(?=\w)|(?<=\S{%d})(?=\S)"  # where a text may end its line, without hyphens
-)
+# Where a text may end its line, without hyphens:
+BREAK_POSITION = r"(?<=[/_,;:=])(?=\w)|(?<=\S{%d})(?=\S)"
 SUPERSCRIPTS = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
@@ -148,7 +143,7 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
 def _column(
     name: str, values: pd.Series, uncertainties: pd.Series | None, unbroken: int
 ) -> _Column:
-    """The column of these values; `piece` is the number of characters after which a word breaks."""
+    """The column of these values; `unbroken` is the number of characters after which a word breaks."""
     errors = [None] * len(values) if uncertainties is None else uncertainties
     numbers = [is_finite(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]

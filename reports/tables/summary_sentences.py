@@ -16,9 +16,8 @@ from benchmarks.work_precision.labels import label_of
 from reports.tables.comparison_tables import heading, is_galvi
 from reports.tables.number_format import is_finite, readable
 
-WINNING_RATIO = (
-    1.1  # ratio of two times, below which neither code wins, if the ratio has no interval
-)
+# Ratio of two times, below which neither code wins, if the ratio has no interval:
+WINNING_RATIO = 1.1
 WON, NOBODY = "galvi is fastest", "nobody reaches"
 
 

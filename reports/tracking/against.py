@@ -17,9 +17,8 @@ from reports.tracking.rounds import Pair, interleave, long_runs, run_pairs
 from reports.tracking.together import FURTHER_ROUNDS, judge_together, suspected
 from reports.tracking.worker import ANSWER_SECONDS, Worker
 
-YARDSTICK_SAMPLES = (
-    3  # samples of the yardstick before the first round and after it, as in `make bench`
-)
+# Samples of the yardstick before the first round and after it, as in `make bench`:
+YARDSTICK_SAMPLES = 3
 
 
 def compare(

@@ -1,4 +1,4 @@
-"""Copies of a repository in temporary folders: the base, a revision, and the head, the working tree.
+"""Temporary copies of a repository: the base, a revision, and the head, the working tree.
 
 Edits during a comparison do not affect them.
 

@@ -30,7 +30,8 @@ LEGEND = f"""
   means bit-identical.
 - **not deterministic**: each side runs twice in one process, and once or more in others. The head's
   results must be bit-identical where the base's are.
-- **memory**: a second run may leave {MAX_LEAK_MB:.0f} MB and need {MAX_PEAK_MB:.0f} MB more than the base's.
+- **memory**: a second run may leave {MAX_LEAK_MB:.0f} MB and need {MAX_PEAK_MB:.0f} MB
+  more than the base's.
 """.strip()
 
 

@@ -20,12 +20,10 @@ from reports.tracking.worker import Failed, Worker
 SIDES = ("base", "head")
 MIN_ATTEMPT_SECONDS = 0.01  # shortest attempt in seconds
 ATTEMPTS = 3  # attempts for a sample, of which the fastest counts
-ONE_ATTEMPT_SECONDS = (
-    0.05  # seconds of a call above which one attempt suffices: disturbances are shorter
-)
-MIN_SAMPLES = (
-    14  # smallest number for each side; with 14, two disturbed ones do not hide a slower head
-)
+# Seconds of a call above which one attempt suffices: disturbances are shorter:
+ONE_ATTEMPT_SECONDS = 0.05
+# Smallest number for each side; with 14, two disturbed ones do not hide a slower head:
+MIN_SAMPLES = 14
 LONG_STEPS = 100_000
 LONG_PROBLEM = "driven_oscillator"
 LONG_RUNS = 50  # duration of the long run over the ordinary one, for an integrator without a step

@@ -113,8 +113,10 @@ def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
 
 
 def suspected(pairs: Sequence[Pair]) -> set[str]:
-    """Names of the benchmarks of integrators that look slower in all rounds so far, without those of
-    integrators one of whose benchmarks is slower by its own times."""
+    """Names of the benchmarks of integrators that look slower in all rounds so far.
+
+    Integrators one of whose benchmarks is slower by its own times are left out.
+    """
     slower = suspects(pairs, 0) & suspects(pairs, 1)
     groups = [group.benchmarks for group in judge_together(pairs) if group.suspicious]
     return set().union(*(group for group in groups if not slower & group))

@@ -132,9 +132,8 @@ def in_h(
     )
 
 
-CLAIM_OFFSET = (
-    6.0  # typographic points between the errors of a fit and the line of the claimed rate
-)
+# Typographic points between the errors of a fit and the line of the claimed rate:
+CLAIM_OFFSET = 6.0
 HOLLOW_STYLE = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
 CLAIMED_STYLE = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
 UNUSED_LABEL = "not in the fit, or not resolved"
