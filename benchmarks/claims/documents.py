@@ -1,7 +1,7 @@
-"""Claims as documents: what a paper says is a section with a table of checks, a line for each row.
+"""Claims as documents: each claim is a section with a table of checks, which has a line per row.
 
 A document follows a paper: "## 2.3.1 Existence and uniqueness" is a part of it, with a table of
-what is printed there (see `benchmarks.claims.statements`) and with sections of claims:
+the statements there (see `benchmarks.claims.statements`) and with sections of claims:
 
     ### V12: The stage equations have one solution below a step
 
@@ -14,25 +14,25 @@ what is printed there (see `benchmarks.claims.statements`) and with sections of 
     | --- | --- | --- | --- |
     | measured limit / bound, n = {4; 8; 16} | at least 1 | contracts below the bound | C 1e-7 |
 
-Lines "- name: text" are defaults of the columns of the same name (FIELDS), and OPTIONS of the
-claim; a further table may have FIELDS of its own before it, for its lines alone. Other paragraphs
-are notes; a line that is none of these is refused. An empty cell has the
-default, a cell of one quotation mark (") what the cell above it has; a text that begins with "+ "
-is appended to the default. Braces with semicolons repeat a line: lists of the same length go
-together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
-is a measured number, and its name may hold a list, as in `{law_{50; 500}}`.
+Lines "- name: text" are defaults of the columns of the same name (FIELDS), or OPTIONS of the claim;
+before a further table they are defaults, FIELDS only, of its lines alone. Other paragraphs are
+notes; any other line is refused. An empty cell has the default, and a cell with one quotation mark
+(") has the content of the cell above it; a text that begins with "+ " is appended to the default.
+Braces with semicolons repeat a line: lists of the same length are paired, lists of different
+lengths are combined, the first outermost. `{name}`, or `{name:.0e}`, is replaced by a measured
+number; its name may contain a list, as in `{law_{50; 500}}`.
 
-What measures, a module or "module:object", has one function, or two:
+"measured by" names a module or "module:object" that has one function, or two:
 
 measure(make_method, quick, report) -> {quantity: number, why there is none, or a Number}
 study(make_method, quick, report) -> tidy table, and read(table) -> {quantity: measurement}
 
-Every quantity needs a line of the table, and every line its quantity; numbers that `{name}` speaks
-of need none.
+Every measured quantity needs a line of the table, and every line a measured quantity; numbers that
+occur as `{name}` need no line.
 
 bound   see `bound_of`
 caught  planted faults, separated by semicolons, that must contradict this line: arrays of the
-        method's table and by how much they are wrong, "C 1e-7", or names in the module's FAULTS
+        method's table with their relative error, "C 1e-7", or names in the module's FAULTS
 """
 
 from __future__ import annotations
@@ -85,17 +85,18 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Number:
-    """A measured number and what goes with it.
+    """A measured number.
 
     Attributes
     ----------
+    value
+        NaN without a number
     reference
-        what it was compared with, in place of the document's words
+        the reference that it was compared with, which replaces the document's text
     absent
-        the package for want of which there is none, as `why` says: its row is then expected not to
-        run
+        the missing package without which it cannot be measured; "not run" is then expected
     why
-        there is no number
+        the reason for a missing number
     """
 
     value: float = NAN
@@ -104,7 +105,7 @@ class Number:
     why: str = ""
 
     def texts(self) -> dict[str, str]:
-        """Texts of its row in place of the document's."""
+        """Texts by column of its row, which replace those of the document."""
         texts = {"reference": self.reference} if self.reference else {}
         if self.absent:
             texts |= {"expected": NOT_RUN, "reason": self.why, "absent": self.absent}
@@ -120,11 +121,11 @@ class Section:
     statement
         the text before the defaults
     notes
-        the paragraphs after them
+        the paragraphs after the defaults
     defaults
         texts of FIELDS and OPTIONS
     lines
-        texts by column, for each row
+        for each row, its texts by column
     """
 
     id: str
@@ -136,23 +137,23 @@ class Section:
 
     @property
     def numbers_in_texts(self) -> set[str]:
-        """Names in braces: measured numbers that need no row."""
+        """The names in braces, of measured numbers that need no row."""
         texts = [text for line in self.lines for text in line.values()]
         return {match[1] for text in texts for match in NUMBER.finditer(text)}
 
 
 @dataclass(frozen=True)
 class Part:
-    """What stands under a heading of a paper.
+    """The part of a document under one heading of a paper.
 
     Attributes
     ----------
     text
-        before the tables and sections
+        the text before the tables and sections
     statements
-        texts by column of the table of printed statements
+        for each printed statement, its texts by column
     sections
-        of its claims
+        the sections of claims
     """
 
     title: str
@@ -163,7 +164,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Document:
-    """A document; `title` is its first heading, `text` what stands below that."""
+    """A document: its first heading, the text below that, and its parts."""
 
     title: str
     text: str
@@ -171,13 +172,13 @@ class Document:
 
 
 def all_documents() -> tuple[Document, ...]:
-    """All documents: those of the papers in their order, galvi's own, agreements."""
+    """All documents, in the order of NAMES."""
     return tuple(read_document(FOLDER / f"{name}.md") for name in NAMES)
 
 
 @cache
 def read_document(path: Path) -> Document:
-    """The document in a file."""
+    """Read the document in a file. Raises ValueError for a line that is not allowed there."""
     head, *parts = PART.split(path.read_text(encoding="utf-8"))
     title, _, text = head.removeprefix("# ").partition("\n")
     return Document(title, _prose(path.name, text), tuple(starmap(_part, _pairs(parts))))
@@ -193,7 +194,7 @@ def _part(title: str, text: str) -> Part:
 
 
 def _prose(location: str, text: str) -> str:
-    """The text on one line. ValueError for a line that is no prose."""
+    """The text on one line. Raises ValueError for a line that is not prose."""
     if line := NO_PROSE.search(text):
         raise ValueError(
             f"{location}: a line is prose, a heading '### V1: title', a default '- name: text', of "
@@ -232,7 +233,8 @@ def _section(id: str, title: str, text: str) -> Section:
 def _require_complete(
     id: str, defaults: Mapping[str, str], lines: Sequence[Mapping[str, str]]
 ) -> None:
-    """ValueError for a section without something that it needs, or with what no row has."""
+    """Raise ValueError for a section without "measured by", for an unknown column, for a line
+    without a quantity or with an invalid verdict or bound, and for a repeated quantity."""
     if "measured by" not in defaults:
         raise ValueError(f"{id}: '- measured by: module' is missing.")
     for line in lines:
@@ -255,7 +257,8 @@ def _require_complete(
 
 
 def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, str]:
-    """Texts by column, where nearer ones replace others or, after a plus, are appended to them."""
+    """Texts by column, without OPTIONS; a text in `nearer` replaces that in `texts` or, after a
+    plus, is appended to it."""
     joined = {name: text for name, text in texts.items() if name not in OPTIONS}
     for name, text in nearer.items():
         if text.startswith("+ "):
@@ -275,8 +278,8 @@ def _defaults(id: str, text: str) -> dict[str, str]:
 
 
 def table_in(location: str, text: str) -> Iterator[dict[str, str]]:
-    """The lines of a Markdown table by column; a quotation mark is the cell above. ValueError,
-    naming the location, for another text."""
+    """The lines of a Markdown table, each as texts by column, where a quotation mark is replaced by
+    the cell above. Raises ValueError, with the location, for a malformed table."""
     head, *below = [
         [cell.strip().replace(r"\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         for line in text.splitlines()
@@ -302,7 +305,7 @@ def table_in(location: str, text: str) -> Iterator[dict[str, str]]:
 
 
 def _repeated(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
-    """A line for each combination of the lists in its cells."""
+    """A line for each combination of the entries of the lists in its cells."""
     lists = [match[1].split(";") for cell in cells.values() for match in LIST.finditer(cell)]
     lengths = list(dict.fromkeys(map(len, lists)))
     for choice in product(*map(range, lengths)):
@@ -316,7 +319,7 @@ def _repeated(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
 
 
 def bound_of(text: str) -> Bound:
-    """The bound that a cell says:
+    """The bound that a cell describes:
 
         at most 1 | at least 1 | above 0 | below 1 | exactly 3 | 0.5 to 2 | 1 within 0.1
         order 4 | order 4 within 0.1 | base 0.56 within 0.01 | converges | geometric
@@ -325,14 +328,16 @@ def bound_of(text: str) -> Bound:
     with terms after semicolons:
 
         rounding 1e-12   tolerance for rounding
-        errors           two standard errors are tolerated; `errors 0.1`, of the bound itself, too
-        errors up to 1   at most that much of them
-        either side      a better order or base contradicts, too
-        even if short    a run that is too short to tell growth has a verdict all the same
+        errors           two standard errors are tolerated; with `errors 0.1` also those of the
+                         bound itself, 0.1
+        errors up to 1   at most that much is tolerated
+        either side      a better order or base is a contradiction, too
+        even if short    a run that is too short to show growth has a verdict nevertheless
         in words: about  a text before the number
 
     `A or B` is A, which the source measured, or else B, our own value; `finding` alone, or
-    `finding: A`, is what the source does not say. ValueError for anything else.
+    `finding: A`, is for a quantity on which the source says nothing. Raises ValueError for any
+    other text.
     """
     if match := re.fullmatch(r"finding(?:: (.+))?", text):
         return bounds.Finding(bound_of(match[1]) if match[1] else None)
@@ -348,7 +353,7 @@ def bound_of(text: str) -> Bound:
 
 
 def _head(text: str) -> Callable[..., Bound]:
-    """The bound without its terms."""
+    """The constructor of the bound that a text without terms describes. Raises ValueError."""
     if text in WITHOUT_NUMBERS:
         return WITHOUT_NUMBERS[text]
     if match := re.fullmatch(rf"({'|'.join(LIMITS)}) (\S+)", text):
@@ -381,12 +386,12 @@ def _term(text: str) -> dict[str, Any]:
 
 
 def _number(text: str) -> float:
-    """The number of a text: '0.5', '1e-3', '1/3' or 'nan'."""
+    """The number of a text such as '0.5', '1e-3', '1/3' or 'nan'."""
     return NAN if text == "nan" else float(Fraction(text))
 
 
 def claim_of(section: Section) -> Claim:
-    """The claim of a section and of the module that measures it."""
+    """The claim of a section, with the functions of the module that measures it."""
     module = measuring(section)
     listed = hasattr(module, "measure")
     return Claim(
@@ -403,13 +408,15 @@ def claim_of(section: Section) -> Claim:
 
 
 def measuring(section: Section) -> Any:
-    """The module, or the object in one, that "measured by" names. ValueError for another name."""
+    """The module, or the object in a module, that "measured by" names.
+
+    Raises ValueError for a name without functions that measure."""
     name, _, attribute = section.defaults["measured by"].partition(":")
     full, module = f"{__package__}.{name}", None
     try:
         module = import_module(full)
     except ModuleNotFoundError as error:
-        if not full.startswith(error.name or full):  # of what it imports
+        if not full.startswith(error.name or full):  # the module exists, but an import in it failed
             raise
     measures = getattr(module, attribute, None) if attribute else module
     if not (hasattr(measures, "measure") or hasattr(measures, "study")):
@@ -423,7 +430,7 @@ def measuring(section: Section) -> Any:
 def _measured(
     module: Any, id: str, make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """The tidy table of a module's numbers."""
+    """The tidy table of the numbers that a module's `measure` returns."""
     rows = []
     for quantity, number in module.measure(make_method, quick, report).items():
         if isinstance(number, str):
@@ -465,7 +472,10 @@ def _judged(
     read: Callable[[pd.DataFrame], Mapping[str, Measurement | Number]],
     table: pd.DataFrame,
 ) -> list[Row]:
-    """The rows of a section; without a table, of numbers that were not measured."""
+    """The rows of a section; for an empty table, those of numbers that were not measured.
+
+    Raises ValueError for a measured number without a line, and for a line without its number.
+    """
     quantities = [line["quantity"] for line in section.lines]
     numbers = dict.fromkeys(quantities, NAN) if table.empty else read(table)
     spoken_of = section.numbers_in_texts
@@ -491,7 +501,8 @@ def _row(section: Section, line: Mapping[str, str], numbers: Mapping[str, Any]) 
 
 
 def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:
-    """The text with numbers in place of their names."""
+    """The text with numbers in place of names in braces; `plain` is the default format, where "r"
+    stands for `repr` in any case."""
 
     def number(match: re.Match[str]) -> str:
         measured = numbers.get(match[1], NAN)
@@ -502,7 +513,10 @@ def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:
 
 
 def _faults(section: Section, module: Any) -> Iterator[Fault]:
-    """The planted faults of a section, each with the quantities of the lines that name it."""
+    """The planted faults of a section, each with the quantities of the lines that name it.
+
+    Raises ValueError for an unknown fault.
+    """
     quantities_of: dict[str, set[str]] = {}
     for line in section.lines:
         for name in filter(None, line.get("caught", "").split("; ")):

@@ -1,8 +1,8 @@
-"""Energy errors of short runs from many places along an exact motion.
+"""Energy errors of short runs from many states of an exact motion.
 
-A symplectic method with a constant step conserves a modified energy, so that the energy error of a
-run is D(x) - D(x0), D the difference of both energies: over all time at most max D - min D over the
-motion. Short runs from all over it measure that range without a long one.
+A symplectic method with a constant step conserves a modified energy. The energy error of a run is
+therefore D(x) - D(x0), where D is the difference of both energies, and is at any time at most max D
+- min D over the motion. Short runs from many states measure that range without a long run.
 """
 
 from __future__ import annotations

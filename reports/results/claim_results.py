@@ -96,7 +96,7 @@ def _claim_result(claim: Claim, measurement: CachedResult) -> ClaimResult:
             _with_statuses(row, measurement.table) for row in claim.judge(measurement.table)
         )
         if not rows:
-            raise ValueError("its `judge` returned no row, so nothing was checked")
+            raise ValueError("its judge returned no row, so nothing was checked")
     except Exception as error:
         rows = _rows_not_run(claim, error)
     return ClaimResult(claim, measurement.table, rows, measurement.seconds, measurement.run)

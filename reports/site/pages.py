@@ -124,8 +124,9 @@ def _environment() -> Environment:
     )
     functions: tuple[Any, ...] = (
         built, chances, command_lines, counted, describe_origins, elsewhere, energies,
-        fastest_cells, fastest_lines, file_table, html_table, in_text, label_of, motions, mujoco_overhead,
-        of_mujoco, peers, readable_cost, readable_ratios, readable_targets, sentences, slug,
+        fastest_cells, fastest_lines, file_table, html_table, in_text, label_of, motions,
+        mujoco_overhead, of_mujoco, peers, readable_cost, readable_ratios, readable_targets,
+        sentences, slug,
         without_common, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip
     environment.globals.update({function.__name__: function for function in functions})

@@ -143,7 +143,7 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
 def _column(
     name: str, values: pd.Series, uncertainties: pd.Series | None, unbroken: int
 ) -> _Column:
-    """The column of these values; `unbroken` is the number of characters after which a word breaks."""
+    """The column of these values; words may break after `unbroken` characters."""
     errors = [None] * len(values) if uncertainties is None else uncertainties
     numbers = [is_finite(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]

@@ -47,12 +47,12 @@ from galvi.charts import CHARTS
 
 STEPS = 200  # H gives no number
 HELD, LIGHT, HEAVY = (21.0, 22.0, 23.0), 9.81, 29.43
-DRAWN = 22.0  # in the figures
+DRAWN = 22.0  # m g of the run in the figures
 WEIGHTS = (5.0, 8.0, LIGHT, 12.0, 15.0, 18.0, 20.0, *HELD, *range(24, 31))
 QUICK_WEIGHTS = (LIGHT, 20.0, *HELD, 24, 26, 30)
 ENERGY, DONE = "energy error", "steps done"
 CURVE, ENDS = "centre of mass on the curve", "centre of mass at step ends"
-SHOWN = 50  # steps whose curve is kept
+SHOWN = 50  # steps whose curve is in the table
 GROWTH, UPSIDE_DOWN, HANGING = "growth of the distance of two starts", "upside down", "hanging"
 SYMMETRIC, MOMENTS = f"{UPSIDE_DOWN}, symmetric body", (4.8, 4.8, 3.8)
 LARGEST, FARTHEST = f"largest {ENERGY}", f"largest {TURN} [rad]"
@@ -73,7 +73,7 @@ JUDGED = {
 
 
 def pendulum(weight: float, inverted: bool) -> Problem:
-    """The body upside down, H's second start, or hanging, H's first."""
+    """The body from H's second start, upside down, or from H's first one, hanging."""
     return galvi.problems.pendulum_3d(weight, inverted=inverted)
 
 
@@ -84,12 +84,12 @@ def symmetric(weight: float) -> Problem:
 
 
 def hanging(weight: float, inverted: bool) -> tuple[float, bool]:
-    """The start of a fault."""
+    """The arguments of `pendulum` for a planted fault: always hanging."""
     return weight, False
 
 
 def by_exponential(space: Any, rule: Any, chart: Any) -> galvi.Galerkin:
-    """The methods in another chart, whose steps do not jump."""
+    """The methods in the exponential chart, in which the energy does not jump."""
     return galvi.Galerkin(space, rule, galvi.Exponential())
 
 
@@ -103,15 +103,15 @@ FAULTS = {
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series of `named` runs, up to where each ends:
+    """Series of the `named` runs, each up to its end:
 
-    'energy error'    relative, in time
-    'turn in a step'  angle between the step's two ends, rad, in time
+    'energy error'    relative, over time
+    'turn in a step'  rotation angle between the ends of a step, rad, over time
     'steps done'      with the status
-    'centre of mass on the curve', '... at step ends'  its place, in time, of the first 50 steps
+    'centre of mass on the curve', '... at step ends'  positions over time, in the first 50 steps
 
-    the `growth` of a distance of two starts for three kinds of them, and the single steps of
-    `steps_near_the_limit`.
+    Also the `growth` of the distance of two starts, for three kinds of starts, and the single steps
+    of `steps_near_the_limit`.
     """
     start = galvi.problems.pendulum_3d(DRAWN, inverted=True)
     observed = [*single_steps(make_method, quick), oracles(start, STEP * COUNT, COUNT)]
@@ -149,14 +149,16 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def growth(start: Problem) -> float:
-    """The factor by which a distance of 1e-9 of two starts grows in a time of 40."""
+    """The largest distance of two motions in a time of 40, over the 1e-9 by which their initial
+    velocities differ."""
     displaced = replace(start, v0=start.v0 + np.array([1e-9, 0.0, 0.0]))
     first, second = (TRUTH.run(motion, 40.0, {"samples": 40}).q for motion in (start, displaced))
     return float(np.max(abs(second - first))) / 1e-9
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """H's statements, for weights for which they hold and others; their range; single steps."""
+    """Numbers of the runs in JUDGED, the range of weights for which H's statements hold, the growth
+    of distances, and numbers of the single steps."""
     runs = {run: read_run(table, run) for run in JUDGED}
     scan = {weight: read_run(table, named(weight, CAYLEY.name)) for weight in WEIGHTS}
     beyond = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR]
@@ -175,8 +177,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def read_run(table: DataFrame, run: str) -> dict[str, float]:
-    """Steps done, the largest turn and energy error, and the share of sum |change of energy| of
-    steps that turn by more than NEAR."""
+    """The steps done, the largest turn and energy error, and the fraction of the sum of |change of
+    energy| over all steps that is due to steps that turn by more than NEAR."""
     energy, turned = (
         readings.values(table, "t", study=run, quantity=quantity) for quantity in (ENERGY, TURN)
     )

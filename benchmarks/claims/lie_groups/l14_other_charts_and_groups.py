@@ -40,17 +40,18 @@ from galvi.charts import CHARTS
 from galvi.charts.chart import Chart
 
 DURATION = 5.0
-FLOOR = 2e-12  # of fits, ten times the largest distance of two oracles; 4.4e-14 was measured
+FLOOR = 2e-12  # of fits; the largest distance of two oracles was 4.4e-14
 QUANTITY, TURNED = "one-step error", "error after a turn"
-SPIN = 16  # basis functions of the steady turn, and 1.3, the size of its axis' moment
+SPIN = 16  # basis functions for steps of a steady rotation
 EXPONENTIAL, RODRIGUES = galvi.Exponential(), galvi.ModifiedRodrigues()
 
 
 def of_pendulum(truth: Any, duration: float) -> Array:
+    """The pendulum's attitude after the duration by a truth, (3, 3)."""
     return truth.run(pendulum_motion.problem(), duration, {"samples": 1}).q[-1]
 
 
-# The problem, and q at a time by one oracle or two.
+# Motion -> (function that makes the problem, functions t -> q(t) of one oracle or two).
 TRUTHS = (pendulum_motion.TRUTH, pendulum_motion.SECOND)
 MOTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "3D pendulum": (pendulum_motion.problem, *(partial(of_pendulum, truth) for truth in TRUTHS)),
@@ -74,9 +75,9 @@ NS: Mapping[str, Mapping[Chart, tuple[int, ...]]] = {  # whose order shows above
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """For each case the series 'one-step error', largest entry at T = 5; for a motion with two
-    oracles the distance between them; for each chart 'error after a turn', NaN where the run ended,
-    of one step of a body that turns steadily, by its turn in `step`."""
+    """For each case the series 'one-step error', the largest entry at T = 5; for a motion with two
+    oracles their distance; and for each chart 'error after a turn' of one step of a body that
+    rotates steadily, with its rotation angle in `step`, NaN for a failed step."""
     ladder = [round(2.0 ** (j / 4)) for j in range(10, 26 if quick else 30)]
     measured: list[dict[str, Any]] = []
     for name, (problem, *oracles) in MOTIONS.items():
@@ -104,7 +105,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders of each case; distances of oracles; how far each chart reaches, and how it ends."""
+    """The orders of each case; distances of oracles; and for each chart the largest angle of a
+    correct step over the limit, and the fraction of steps beyond the limit that fail."""
     numbers: dict[str, Measurement] = {}
     for name, ns_of in NS.items():
         if len(MOTIONS[name]) > 2:

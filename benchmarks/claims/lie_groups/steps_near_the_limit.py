@@ -1,7 +1,7 @@
-"""Single steps of the 3D pendulum from exact states, whose rotations near pi, for L9.
+"""Single steps of the 3D pendulum from exact states, whose rotation angles approach pi, for L9.
 
-They start along runs of DOP853 for several m g, early enough that rounding is not yet amplified:
-neighbours part like e^(0.4 t).
+They start from states of DOP853's runs for several m g, early enough that rounding is not amplified
+much: the distance of neighbours grows like e^(0.4 t).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from benchmarks.measures.errors import energy_errors
 from galvi.charts import CHARTS
 
 N, STEP = 20, 0.6
-COUNT = 50  # steps from each run: its first 30 units of time
+COUNT = 50  # steps from states of each run, over its first 30 units of time
 DENSE = 160  # samples of the exact motion in a step
 NEAR = 0.9 * np.pi  # "almost through an angle of pi": within a tenth of it
 # In steps beyond 2.9 rad |xi| and |h xi'| exceed 16 and 200. Asked for round-off, galvi's iteration
@@ -48,7 +48,8 @@ def one_step(chart: str) -> str:
 
 
 def single_steps(make_method: MakeMethod, quick: bool) -> list[dict[str, Any]]:
-    """TURN, CHANGE over |energy| (NaN where the step was not solved) and DISTANCE of each step."""
+    """Rows of TURN, of CHANGE over |energy|, NaN for an unsolved step, and of DISTANCE, NaN for a
+    rotation by pi or more, for each step."""
     methods = {chart.name: method_on_group(make_method, N, chart) for chart in CHARTS}
     observed = []
     for weight in (22, 24, 26, 28, 30) if quick else range(20, 31):
@@ -72,9 +73,9 @@ def single_steps(make_method: MakeMethod, quick: bool) -> list[dict[str, Any]]:
 
 
 def read_steps(table: pd.DataFrame) -> dict[str, Measurement]:
-    """How the change of energy grows with the turn and with the distance of polynomials in Cayley's
-    chart, over all steps whose distance squared is well above rounding; where steps are not solved;
-    and the largest change in other charts."""
+    """Numbers on the single steps: the growth of CHANGE with the turn and with DISTANCE in Cayley's
+    chart, the latter for distances above 1e-6; the least turn of an unsolved step; and the largest
+    change in the other charts."""
     steps = table[table["study"].str.startswith("one step")].pivot(
         index=["study", "label", "t"], columns="quantity", values="value"
     )
@@ -103,7 +104,8 @@ def read_steps(table: pd.DataFrame) -> dict[str, Measurement]:
 
 
 def power(steps: pd.DataFrame) -> Estimate:
-    """The power of DISTANCE with which CHANGE grows."""
+    """The power of DISTANCE with which CHANGE grows, by least squares; NaN for fewer than 4
+    steps."""
     if len(steps) < 4:
         return Estimate(np.nan)
     line, spread = np.polyfit(np.log(steps[DISTANCE]), np.log(steps[CHANGE]), 1, cov=True)

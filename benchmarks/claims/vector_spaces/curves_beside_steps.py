@@ -1,4 +1,4 @@
-"""How the errors of Galerkin curves and of step ends keep pace: the last rows of V33."""
+"""Whether the errors of Galerkin curves keep pace with those of step ends: the last rows of V33."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ IN_H_FLOOR = 1e-13  # round-off of the errors in 100 short steps
 
 
 def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str, Any]]:
-    """Both errors of V4 against n by number of steps; against h those of 10 steps (H fig. 2.9), and
-    of 100 those of the curve and of the angular momentum along it (H fig. 2.11)."""
+    """Both errors of V4 over n for each number of steps; over h those of 10 steps (H fig. 2.9), and
+    for 100 steps those of the curve and of the angular momentum along it (H fig. 2.11)."""
     table, common = oracles("oracles", STEP * STEPS, STEPS), (make_method, report)
     for steps in FLOORS:
         cases = [Case(n, STEP, steps) for n in range(12, 51, 2 if quick else 1)]
@@ -57,8 +57,8 @@ def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> li
 
 
 def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
-    """Bases of the step ends' error over the curve's, 1 where both converge at one rate, beside the
-    slowest convergence of polynomials by the steps' places on the orbit; and their orders in h."""
+    """Bases in n of the step ends' error over the curve's, which are 1 if both converge at one
+    rate, with the slowest convergence of polynomials over the steps on the orbit; and orders in h."""
     numbers: dict[str, Measurement] = {"apart": number(table, quantity=ORACLES)}
     base, plain = "base of the step ends' error over the curve's", []
     for steps, floor in FLOORS.items():
@@ -94,12 +94,12 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
 
 
 def _or_lost(fitted: Estimate) -> tuple[bool, float]:
-    """A key for `max`: a number that is not known, or else the largest."""
+    """A key for `max` that prefers an estimate that is refuted or NaN, else the largest one."""
     return fitted.refuted or math.isnan(fitted.value), fitted.value
 
 
 def _both(table: DataFrame, by: str, floor: float, **where: Any) -> tuple[Any, Any, Any]:
-    """n or step, error of step ends, their error over the curve's, above round-off."""
+    """(n or step, error at step ends, that error over the curve's), above round-off."""
     (x, ends), (_, curve) = (
         series(table, by, quantity=quantity, **where) for quantity in ENDS_AND_CURVE
     )

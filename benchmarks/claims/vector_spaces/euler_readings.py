@@ -3,9 +3,9 @@
 H prints h = 0.005 without a unit, and neither the duration nor how a step of implicit Euler is
 solved: all three are scanned here.
 
-What the modified equations say of the energy, to first order in h: for q'' = a(q) the solution of a
-method of order 1 is, up to h^2, that of q' = f + h g. With E = K + V, m the masses and <x> the sum
-of m x over the bodies:
+The modified equations give the change of the energy to first order in h: for q'' = a(q) the
+solution of a method of order 1 is, up to h^2, that of q' = f + h g. With E = K + V, the masses m,
+and <x> for the sum of m x over the bodies:
 
 explicit    dE/dt = h/2 (<|a|^2> - <v . a'(q) v>), so E(T) - E(0) = h (int <|a|^2> - [<v . a>] / 2)
 implicit    the same with -h
@@ -46,7 +46,7 @@ SOLVED = f"{NEAR}, solved steps, least over h, implicit Euler"
 
 
 def work(run: Any) -> tuple[Array, Array]:
-    """<|a|^2> and <v . a> at each saved state, (k,), over the energy at the start."""
+    """<|a|^2> and <v . a> at each saved state over the energy at the start, (k,) each."""
     accelerated, zero_velocity = acceleration(run.problem), np.zeros(run.problem.v0.shape)
     a = np.array([accelerated(q, zero_velocity, run.problem.t0) for q in run.q])
     size = abs(energy(run.problem, run.problem.q0[None], run.problem.v0[None])[0])
@@ -67,9 +67,9 @@ def symplectic_change(run: Trajectory, h: float) -> Array:
 
 
 def refined(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
-    """After 0.02 years, the step halved: errors of the place and, of explicit and implicit Euler,
-    of the energy beyond that of the modified equation, by IAS15's motion; how far DOP853 is from it
-    over the smallest error of a place."""
+    """Rows for halved steps over REFINED years: errors of the position and, for explicit and
+    implicit Euler, the change of energy beyond that of the modified equation on IAS15's motion; and
+    the distance of DOP853 from IAS15 over the smallest error."""
     lines, duration = [], REFINED * DAYS
     truth = IAS15.run(system, duration, {"samples": 400})
     slope = explicit_slope(truth)
@@ -91,13 +91,13 @@ def refined(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]
 
 
 def farthest(run: Trajectory, truth: Trajectory) -> float:
-    """The largest distance of a body at the end."""
+    """The largest distance of a body from its true position at the end."""
     return float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
 
 
 def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
-    """Over readings of h: how the energy changes by explicit and symplectic Euler in 20 years, 1
-    for 0.005 days. The motions by 0.005 years."""
+    """Rows on the change of energy by explicit and symplectic Euler over readings of h, in YEARS
+    years, for h = 0.005 days in one year; and the motions for h = 0.005 years."""
     lines, rises, ratios = [], [], []
     for h, years in (*((h, YEARS) for h in HALVED), (PRINTED / DAYS, 1.0)):
         count, step = round(years / h), h * DAYS
@@ -128,9 +128,9 @@ def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]
 
 
 def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
-    """Implicit Euler over readings of h, in half a year, in which it stops at all of them: how the
-    energy changes, and how near Mercury's steps come to having no solution. The motion by 0.005
-    years."""
+    """Rows on implicit Euler over readings of h, in half a year, within which it stops for each h:
+    the change of energy, and the margin of Mercury's steps from having no solution. Also the motion
+    for h = 0.005 years."""
     lines, rises, solved, stopped = [], [], [], []
     mu = system.system.masses[0] + system.system.masses[1]
     for h in (*HALVED, PRINTED * UNIT):
@@ -156,7 +156,8 @@ def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
 
 
 def motion(label: str, run: Trajectory) -> list[dict[str, Any]]:
-    """Energy errors of all completed steps, and the inner planets from the Sun at every second."""
+    """Rows of the energy errors of all completed steps, and of the inner planets' positions
+    relative to the Sun at every second one."""
     finite = np.isfinite(run.q).all(axis=(1, 2))
     lines = history(ENERGY, run.t[finite], energy_errors(run)[finite], study=label)
     lines[-1]["status"] = failure(run)
