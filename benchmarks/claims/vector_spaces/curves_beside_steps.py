@@ -58,7 +58,8 @@ def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> li
 
 def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
     """Bases in n of the step ends' error over the curve's, which are 1 if both converge at one
-    rate, with the slowest convergence of polynomials over the steps on the orbit; and orders in h."""
+    rate, with the slowest convergence of polynomials over the steps on the orbit; and orders in
+    h."""
     numbers: dict[str, Measurement] = {"apart": number(table, quantity=ORACLES)}
     base, plain = "base of the step ends' error over the curve's", []
     for steps, floor in FLOORS.items():

@@ -38,11 +38,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def round_off() -> float:
-    """What rounding can add to the energy error in LONG steps, to first order, all of one sign.
+    """The energy error that rounding can add in LONG steps, to first order, if all roundings have
+    the same sign.
 
-    The terms of the stages' equations (1 + h^2 A) Q = q + c h v are rounded by 2^-53 of their
-    sizes, as is the table; their inverse carries this into Q, and the sums p - h b.Q and
-    q + h v - h^2 beta.Q into the state, which is rounded too. q and p are at most 1.
+    The terms of the stages' equations (1 + h^2 A) Q = q + c h v and the table are rounded by 2^-53
+    of their sizes. The inverse carries this into Q, and the sums p - h b.Q and q + h v - h^2 beta.Q
+    carry it into the state, which is rounded, too. q and p are at most 1.
     """
     table = galvi.Galerkin(galvi.Polynomials(WATCHED - 1), galvi.gauss(2 * WATCHED)).table
     inverse = np.linalg.inv(np.eye(len(table.c)) + STEP**2 * table.A)
@@ -54,8 +55,8 @@ def round_off() -> float:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Whether the error decays geometrically, and for n = 14 is as the form predicts that the
-    step's matrix conserves, without drift."""
+    """The decay of the error, and for n = 14 its drift and its size over the prediction of the
+    quadratic form that the step's matrix conserves."""
     form = oscillator_step(WATCHED - 1, round(STEP))
     predicted = float(np.max(np.abs(form.energy_errors(LONG))))
     drift = readings.drift(table, study="history", quantity=QUANTITY)

@@ -44,8 +44,8 @@ def problem() -> Problem:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """`refined`, `energies`, `stops`, `escapes`, and what is gone where unconverged steps are
-    accepted."""
+    """The rows of `refined`, `energies`, `stops` and `escapes`, and the number of planets that are
+    lost if unconverged steps are accepted."""
     system = problem()
     lines = refined(METHODS, system) + energies(METHODS, system) + stops(METHODS[IMPLICIT], system)
     setting = {"step": PRINTED * DAYS, "accept_unconverged": True}
@@ -61,7 +61,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders of what was measured at several steps, and the numbers without a series."""
+    """The orders of the quantities measured at several steps, and the numbers without a series."""
     without_series = table[table["study"] == ""]
     numbers: dict[str, Measurement] = dict(
         zip(without_series["quantity"], without_series["value"], strict=True)

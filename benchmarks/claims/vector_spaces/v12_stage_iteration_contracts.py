@@ -25,22 +25,22 @@ from benchmarks.measures.independent_space import (
 from benchmarks.test_problems import oscillators
 
 NS = (3, 4, 6, 8, 12, 16, 20)
-SHOWN = (4, 8, 16)  # n with rows of their own
-SIZES = np.arange(0.05, 1.0, 0.05)  # steps below 1
-SHARES = (0.5, 0.9)  # of H's bound, for passes of nonlinear oscillators
+SHOWN = (4, 8, 16)  # n that have rows of their own
+SIZES = np.arange(0.05, 1.0, 0.05)  # step sizes below 1
+SHARES = (0.5, 0.9)  # step over H's bound, for passes of nonlinear oscillators
 FAULTS = contraction.FAULTS
 size = partial(np.linalg.norm, ord=np.inf)
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
-    """Extremes over n, and limits over bounds for some n."""
+    """The extremes over all n of the numbers of each n."""
     return contraction.extremes(
         [numbers_of(make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n)), n) for n in NS]
     )
 
 
 def numbers_of(method: Any, n: int) -> dict[str, Any]:
-    """The numbers of one n: those of extremes over n, and measured limits."""
+    """The numbers of one n, of which `measure` takes extremes; for n in SHOWN also its limits."""
     basis, (t, b) = lagrange_at_chebyshev(n - 1), gauss_points(2 * n)
     phi, dphi = values(basis, t), slopes(basis, t)
     mass, stiffness = (phi * b) @ phi.T, (dphi * b) @ dphi.T

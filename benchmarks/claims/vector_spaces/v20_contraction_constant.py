@@ -25,19 +25,20 @@ from benchmarks.measures.independent_space import (
 from benchmarks.test_problems import oscillators
 
 DEGREES = (1, 2, 3, 4, 6, 8, 12, 16)
-RULES: dict[str, tuple[Any, Any, int, int]] = {  # with k N + l points
+# Name -> (galvi's rule, the same by numpy, k, l) of rules with k N + l points.
+RULES: dict[str, tuple[Any, Any, int, int]] = {
     "Gauss N": (galvi.gauss, gauss_points, 1, 0),
     "Gauss 2 N": (galvi.gauss, gauss_points, 2, 0),
     "Lobatto N + 1": (galvi.lobatto, lobatto_points, 1, 1),
     "Lobatto N": (galvi.lobatto, lobatto_points, 1, 0),
 }
-SHARES = (0.25, 0.5, 0.99)  # of M's bound, for runs of the oscillator
-SHARE = 0.9  # for passes of nonlinear ones
+SHARES = (0.25, 0.5, 0.99)  # step over M's bound, for runs of the oscillator
+SHARE = 0.9  # step over M's bound, for passes of nonlinear oscillators
 FAULTS = contraction.FAULTS
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Extremes over all rules and degrees; z0 over polynomials of degree 16."""
+    """The extremes over all rules and degrees, and z0 by polynomials of degree 16."""
     numbers = []
     for name, (rule, points, factor, offset) in RULES.items():
         for degree in DEGREES[1 if name == "Lobatto N" else 0 :]:
@@ -119,5 +120,5 @@ def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[
 
 
 def size(mapped: Any, root: Any) -> float:
-    """The norm of a map of x, where |x| is that of root x; `mapped` is root times its matrix."""
+    """The norm of a linear map where |x| = |root x|_2; `mapped` is root times its matrix."""
     return float(np.linalg.norm(mapped @ np.linalg.inv(root), 2))

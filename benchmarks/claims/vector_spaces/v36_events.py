@@ -1,4 +1,4 @@
-"""V36: events of a Kepler orbit, of a pendulum and of uniform motion, beside known ones."""
+"""V36: events of a Kepler orbit, a pendulum and a uniform motion, against exact ones."""
 
 from __future__ import annotations
 
@@ -15,14 +15,18 @@ from benchmarks.claims.kit import Fault, MakeMethod, Report, collocation, conver
 from references.closed_forms.double_double import DIGITS
 from references.closed_forms.pendulum import Modulus
 
-ECCENTRICITY, PARTS = 0.3, (40.3, 50.8, 63.9, 80.6)  # steps a revolution
-ANGLES = np.linspace(0.1, 3.1, 16)  # of lines
-SWING, PER_PERIOD = 0.75 * math.pi, 16  # amplitude of the pendulum, steps
-STEP, GAPS = 0.25, (1e-2, 1e-3, 1e-4, 1e-5)  # of uniform motion; of pairs of crossings, in steps
+ECCENTRICITY = 0.3
+PARTS = (40.3, 50.8, 63.9, 80.6)  # steps per revolution of the Kepler orbit
+ANGLES = np.linspace(0.1, 3.1, 16)  # of the normals of lines through its centre
+SWING = 0.75 * math.pi  # amplitude of the pendulum
+PER_PERIOD = 16  # steps per period of the pendulum
+STEP = 0.25  # of the uniform motion
+GAPS = (1e-2, 1e-3, 1e-4, 1e-5)  # distances of the crossings of a pair, in steps
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
-    """Orders of times; crossings of a pendulum, at ends of steps and in pairs."""
+    """Orders of the times of events; and counts of crossings of a pendulum, at ends of steps and in
+    nearly double pairs."""
     numbers: dict[str, Any] = {}
     sizes = [2.0 * math.pi / parts for parts in PARTS]
     for stages in (3, 4):
@@ -35,10 +39,13 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 
 
 def passages(method: Any, step: float) -> tuple[float, float]:
-    """Where a Kepler orbit crosses lines through its centre: the largest error of the times of
-    events, and the root mean square of the distances of roots on the curve of the run from these.
+    """Errors for the crossings of a Kepler orbit with lines through its centre: the largest error
+    of the times of events, and the root mean square of their distances from roots on the run's
+    curve.
 
-    By Kepler's equation from the true anomalies f; the orbit starts at its pericentre."""
+    The exact times follow from the true anomalies f by Kepler's equation; the orbit starts at its
+    pericentre. NaN if the number of events is wrong.
+    """
     e, steps = ECCENTRICITY, math.ceil(2.0 * math.pi / step)
     run = galvi.integrate(galvi.problems.kepler(e), method, step, steps)
     late, squares = [], []
@@ -58,7 +65,8 @@ def passages(method: Any, step: float) -> tuple[float, float]:
 
 
 def swings(method: Any, wanted: int) -> dict[str, Any]:
-    """A pendulum let go passes the lowest place at odd quarters of its period 4 K(k)."""
+    """Errors for a pendulum from rest, which passes its lowest position at odd quarters of its
+    period 4 K(k)."""
     k = math.sin(0.5 * SWING)
     with localcontext(DIGITS):
         square = Decimal(k) ** 2
@@ -80,7 +88,8 @@ def swings(method: Any, wanted: int) -> dict[str, Any]:
 
 
 def on_a_line(method: Any) -> dict[str, Any]:
-    """A free body in steps of a binary fraction, x(t) = t: its places are exact."""
+    """Counts of crossings of a free body with x(t) = t, whose positions are exact in steps of a
+    binary fraction."""
     start, velocity = np.array([[0.0, 1.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
     problem = galvi.Problem(galvi.NBody(np.ones(1)), start, velocity)
     run = galvi.integrate(problem, method, STEP, 16)
@@ -99,12 +108,13 @@ def on_a_line(method: Any) -> dict[str, Any]:
 
 
 def pair(q: Any, v: Any, t: float, middle: float, half: float) -> Any:
-    """Two roots of x, in one step."""
+    """An event function of x with roots at `middle` minus and plus `half`."""
     return (q[0, 0] - middle) ** 2 - half**2
 
 
 def without(lost: Any) -> Fault:
-    """Roots (rows, x), x in (-1, 1] of a row's step, are lost."""
+    """The fault that the roots (rows, x) for which lost(rows, x) is true are not found; x in (-1,
+    1] is the position in the step of a row."""
 
     def wrong(original: Any) -> Any:
         def remaining(*series: Any) -> Any:
