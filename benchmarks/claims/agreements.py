@@ -162,7 +162,7 @@ class TwoTruths:
     samples: int = 20
     setting: Mapping[str, Any] = field(default_factory=dict)
     other_problem: Callable[[Problem], Problem] = lambda problem: problem
-    compared: Callable[[Array], Array] = lambda q: q
+    as_first: Callable[[Array], Array] = lambda q: q
 
     @property
     def quantity(self) -> str:
@@ -179,16 +179,16 @@ class TwoTruths:
         first = self.truth.run(self.problem, self.duration, samples)
         problem = self.other_problem(self.problem)
         second = self.second.run(problem, self.duration, {**samples, **self.setting})
-        return largest_difference(first, second, first.q - self.compared(second.q))
+        return largest_difference(first, second, first.q - self.as_first(second.q))
 
 
 def largest_difference(run: Trajectory, reference: Trajectory, difference: Array) -> Number:
     """The largest component of a difference; for a failed run, why there is none."""
-    failed = " ".join(
+    statuses = " ".join(
         trajectory.status for trajectory in (run, reference) if not trajectory.success
     )
-    if failed:
-        return Number(why=failed)
+    if statuses:
+        return Number(why=statuses)
     return Number(float(np.max(np.abs(difference))), reference=str(reference.method))
 
 
@@ -212,12 +212,17 @@ class Agreements:
     def _measured(self, make_method: MakeMethod, report: Report) -> Iterator[tuple[str, Number]]:
         for pair in self.pairs:
             report(pair.quantity)
-            absent = [reference for reference in pair.references if reference.missing]
-            if absent:
+            missing_references = [reference for reference in pair.references if reference.missing]
+            if missing_references:
                 name = pair.references[-1].name
                 yield (
                     pair.quantity,
-                    Number(math.nan, name, missing_engine(absent[0]), absent[0].missing),
+                    Number(
+                        math.nan,
+                        name,
+                        missing_engine(missing_references[0]),
+                        missing_references[0].missing,
+                    ),
                 )
                 continue
             try:

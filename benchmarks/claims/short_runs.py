@@ -19,15 +19,15 @@ from benchmarks.measures.errors import energy_errors
 from references import Contender
 
 SHORT = "short runs"
-PLACES, STEPS = 64, 22
+STARTS, STEPS = 64, 22
 
 
 def short_runs(
     quantity: str, problem: Problem, truth: Contender, duration: float, method: Any, step: float
 ) -> Iterator[dict[str, Any]]:
-    """Rows of the largest relative energy error of STEPS steps, for each of PLACES starts, evenly
+    """Rows of the largest relative energy error of STEPS steps, for each of STARTS starts, evenly
     spaced in time along the truth's motion; NaN for a failed run."""
-    motion = truth.run(problem, duration, {"samples": PLACES})
+    motion = truth.run(problem, duration, {"samples": STARTS})
     for t, q, v in zip(motion.t[1:], motion.q[1:], motion.v[1:], strict=True):
         run = galvi.integrate(replace(problem, q0=q, v0=v), method, step, STEPS)
         yield row(

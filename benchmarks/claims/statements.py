@@ -82,7 +82,7 @@ class Statement:
     rows: str
     why: str
 
-    def speaks_of(self, row: Row) -> bool:
+    def is_checked_by(self, row: Row) -> bool:
         """Whether a row checks this statement."""
         if row.id not in self.claims:
             return False
@@ -113,10 +113,10 @@ def places(source: str) -> list[str]:
 def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
     """Place, such as "H fig. 3.5" -> ids of the claims that check its contents, by the statements
     there, by the sources of the claims' rows, and by their figures."""
-    ids, by_place = {claim.id for claim in claims}, defaultdict(set)
+    claim_ids, by_place = {claim.id for claim in claims}, defaultdict(set)
     for statement in statements():
         for where in (statement.where, *places(statement.where)):
-            by_place[where] |= ids & {*statement.claims}
+            by_place[where] |= claim_ids & {*statement.claims}
     for claim in claims:
         sources = (*claim.figures, *(row.source for row in claim.judge(frame([]))))
         for where in chain(*map(places, sources)):
@@ -164,7 +164,9 @@ def unfounded(printed: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
     contradicted without a statement of that status, and for each statement that is not reproduced
     though one of its rows exceeds the bound."""
     rows = list(rows)
-    checks = {statement: [row for row in rows if statement.speaks_of(row)] for statement in printed}
+    checks = {
+        statement: [row for row in rows if statement.is_checked_by(row)] for statement in printed
+    }
     objections = [text for pair in checks.items() for text in _objections(*pair)]
     for status in (NOT_REPRODUCED, FALSE):
         stated = {
@@ -185,11 +187,11 @@ def _objections(statement: Statement, rows: list[Row]) -> Iterator[str]:
     """Sentences on the status and the named rows of a statement that `rows` do not support."""
     name = f"{statement.where} ({statement.statement})"
     for named in statement.rows.split("; ") if statement.rows else ():
-        if not any(replace(statement, rows=named).speaks_of(row) for row in rows):
+        if not any(replace(statement, rows=named).is_checked_by(row) for row in rows):
             yield f"{name} names rows that are not there: {named}."
     needed, verdicts = STATUSES[statement.status], {row.verdict for row in rows}
-    derived = statement.status == FALSE and not statement.claims
-    if needed and not derived and not needed & verdicts:
+    is_derived = statement.status == FALSE and not statement.claims
+    if needed and not is_derived and not needed & verdicts:
         yield f"{name} is called {statement.status}; no row says so."
     if statement.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & verdicts:
         yield f"{name} is called reproduced; a row says not."
@@ -197,7 +199,7 @@ def _objections(statement: Statement, rows: list[Row]) -> Iterator[str]:
         yield f"{statement.where} exceeds what was measured: only proved bounds are exceeded."
 
 
-def counted(printed: Sequence[Statement]) -> str:
+def status_counts(printed: Sequence[Statement]) -> str:
     """A sentence with the number of statements of each status."""
     counts = Counter(statement.status for statement in printed)
     harmless = sum(statement.effect == "harmless" for statement in printed)

@@ -23,8 +23,8 @@ PATIENCE_SECONDS = 75.0  # seconds for claims
 def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
     """The claims and comparisons of the first pages, in their quick form; nothing is stored.
 
-    These are the untimed claims that finish within about PATIENCE seconds, and the comparisons that
-    the headlines show. Failures are left for the build itself to report.
+    These are the untimed claims that finish within about PATIENCE_SECONDS seconds, and the
+    comparisons that the headlines show. Failures are left for the build itself to report.
     """
     start, cache = time.perf_counter(), BuildCache()
     with closing(study_in_workers(claim_studies(suite.claims, quick=True), cache)) as finished:

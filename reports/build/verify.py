@@ -282,9 +282,10 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
 
 
 def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
-    """The changes since earlier rows of the same claims and setting, as texts in columns CHANGES.
+    """The changes since earlier rows of the same claims and setting, as texts in columns
+    CHANGE_COLUMNS.
 
-    A changed number is listed where `moved` is true. Empty where `before` is None.
+    A changed number is listed where `differs` is true. Empty where `before` is None.
     """
     if before is None:
         return pd.DataFrame(columns=CHANGE_COLUMNS)
@@ -311,9 +312,9 @@ def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
 def differs(old: float, old_error: float, new: float, new_error: float) -> bool:
     """Whether two measured numbers differ significantly.
 
-    They do if they differ by more than SIGMAS standard errors of the difference, or by more than
-    WITHOUT of the larger one if neither has an uncertainty; also if just one number is finite. An
-    uncertainty that is NaN or None is unknown.
+    They do if they differ by more than MAX_STANDARD_ERRORS standard errors of the difference, or by
+    more than RELATIVE_TOLERANCE of the larger one if neither has an uncertainty; also if just one
+    number is finite. An uncertainty that is NaN or None is unknown.
     """
     if not (is_finite(old) and is_finite(new)):
         return is_finite(old) != is_finite(new)

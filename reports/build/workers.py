@@ -31,8 +31,8 @@ def study_in_workers(
     its time in seconds.
 
     A study that raises is skipped; when a worker dies, so are the remaining ones. Nothing is
-    measured for fewer than FEWEST_STUDIES missing studies, or on fewer than WORKERS processors. The
-    workers end with this process, and when the iterator is closed.
+    measured for fewer than MIN_STUDIES missing studies, or on fewer than WORKER_COUNT processors.
+    The workers end with this process, and when the iterator is closed.
     """
     missing = {
         study.name: study for study in studies if not (study.timed or study.name in cache.entries)
@@ -103,7 +103,7 @@ def _initialise_worker(build_pid: int) -> None:
 
 
 def _exit_with(build_pid: int) -> None:
-    """Exit this process as soon as the process `build` has ended."""
+    """Exit this process as soon as the process `build_pid` has ended."""
     with suppress(psutil.NoSuchProcess):  # it ended before this one had begun
         psutil.Process(build_pid).wait()
     os._exit(1)

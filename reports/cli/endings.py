@@ -105,7 +105,7 @@ def usage_message(error: Any) -> str:
 
 @contextmanager
 def as_usage_error(*errors: type[Exception], prefix: str = "") -> Iterator[None]:
-    """Raise these exceptions as typer.BadParameter, with `before` in front of their messages."""
+    """Raise these exceptions as typer.BadParameter, with `prefix` in front of their messages."""
     try:
         yield
     except errors as error:

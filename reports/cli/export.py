@@ -130,7 +130,7 @@ def export_table(
 ) -> None:
     """Write the table `name` of the report in `out`, and print the path.
 
-    For NUMBERS and "latex", the report's numbers are written as LaTeX macros.
+    For MACROS and "latex", the report's numbers are written as LaTeX macros.
 
     Parameters
     ----------

@@ -145,7 +145,7 @@ def output_folder(out: Path, option: str = "--out") -> Path:
 
 
 def check_known(kind: str, name: str, choices: Collection[str]) -> None:
-    """Raise typer.BadParameter, with the nearest choice, if `word` is not among the choices."""
+    """Raise typer.BadParameter, with the nearest choice, if `name` is not among the choices."""
     if name not in choices:
         listed_choices = f" among {', '.join(choices)}" if 0 < len(choices) <= MAX_LISTED else ""
         hint = f"did you mean {nearest(name, choices)!r}?" if choices else "there are none here."

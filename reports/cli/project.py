@@ -101,8 +101,8 @@ def read_table(file: Path) -> Mapping[str, Any] | None:
 
 
 def _has_type(value: Any, expected_type: type) -> bool:
-    """Whether a TOML value has the type `kind`: a list must be of texts and not empty, and an int
-    counts as a float."""
+    """Whether a TOML value has the type `expected_type`: a list must be of texts and not empty, and
+    an int counts as a float."""
     if isinstance(value, list):
         return (
             expected_type is list and bool(value) and all(isinstance(text, str) for text in value)

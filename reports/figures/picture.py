@@ -48,7 +48,7 @@ class Picture:
     size
         width and height of the SVG in CSS pixels
     narrow
-        the SVG for a telephone, NARROW inches wide; empty where the figure needs more
+        the SVG for a telephone, NARROW_WIDTH inches wide; empty where the figure needs more
     narrow_size
         width and height of `narrow` in CSS pixels
     """

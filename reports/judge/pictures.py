@@ -46,7 +46,7 @@ def joints(axes: Axes, judgement: Judgement) -> None:
 
 
 def orbits(axes: Axes, judgement: Judgement) -> None:
-    """Draw the paths of the NAMED heaviest bodies, and the last positions of all bodies."""
+    """Draw the paths of the MAX_NAMED heaviest bodies, and the last positions of all bodies."""
     problem, q = judgement.problem, judgement.truth.q
     by_mass = np.argsort(-problem.system.masses, kind="stable")
     axes.plot(*q[-1, by_mass[MAX_NAMED:], :2].T, ".", color=GUIDE, markersize=2, zorder=0)

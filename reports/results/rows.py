@@ -48,7 +48,7 @@ def read_rows(path: Path, required_column: str = "") -> pd.DataFrame | None:
 
 
 def with_origin(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
-    """The table with those columns of MARKS that it lacks, filled from `origin`."""
+    """The table with those columns of ORIGIN_COLUMNS that it lacks, filled from `origin`."""
     marks = {name: origin.get(name, "") for name in ORIGIN_COLUMNS if name not in table}
     return table.assign(**marks)
 
@@ -56,7 +56,8 @@ def with_origin(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
 def read_with_origin(
     path: Path, required_column: str, origin: Mapping[str, str]
 ) -> pd.DataFrame | None:
-    """As `read_rows`; columns of MARKS that the file lacks are filled from its `origin`."""
+    """As `read_rows`; columns of ORIGIN_COLUMNS that the file lacks are filled from its
+    `origin`."""
     table = read_rows(path, required_column)
     return None if table is None else with_origin(table, origin)
 

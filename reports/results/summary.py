@@ -18,7 +18,8 @@ SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
 
 
 def write_job_summary(text: str) -> None:
-    """Append to the summary file that VARIABLE names, if any; print a warning if that fails.
+    """Append to the summary file that SUMMARY_VARIABLE names, if any; print a warning if that
+    fails.
 
     A line break is added after the text: without a blank line, Markdown after a </details> would be
     shown as it is written.

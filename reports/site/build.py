@@ -149,7 +149,8 @@ def anchors_of_results(suite: Suite) -> dict[str, set[str]]:
 def broken_links(
     folder: Path, files: Collection[Path], anchors_by_file: Mapping[str, Collection[str]]
 ) -> list[str]:
-    """A sentence for each broken link between pages; http links are written to OUTSIDE, unchecked.
+    """A sentence for each broken link between pages; http links are written to EXTERNAL_LINKS_FILE,
+    unchecked.
 
     Parameters
     ----------

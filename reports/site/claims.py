@@ -119,8 +119,8 @@ def claim_section(claim_result: ClaimResult, gallery: Gallery) -> ClaimSection:
 def without_repetition(text: str, last: str) -> str:
     """The text for the row after `last`, with AS_ABOVE in place of their common beginning.
 
-    Only whole parts between semicolons are replaced. A common beginning of fewer than LONG
-    characters is kept, unless the texts are equal.
+    Only whole parts between semicolons are replaced. A common beginning of fewer than
+    MIN_REPEATED_LENGTH characters is kept, unless the texts are equal.
     """
     parts, last_parts = text.split("; "), last.split("; ")
     equal_count = len(

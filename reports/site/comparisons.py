@@ -156,7 +156,7 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
 
 
 def _errors_by_size(errors: Mapping[str, float]) -> str:
-    """Sentences that list the problems and their errors, grouped by LIMITS."""
+    """Sentences that list the problems and their errors, grouped by GROUP_LIMITS."""
     small, large = map(heading, GROUP_LIMITS)
     groups: dict[str, list[str]] = {
         f"Below {small}": [],

@@ -171,8 +171,8 @@ def _points(
 ) -> tuple[tuple[float, float], ...]:
     """Points in the picture's coordinates, y downwards; half is the largest coordinate shown.
 
-    With `at_most`, every k-th point is taken, so that about that many remain, or up to twice as
-    many.
+    With `approximate_count`, every k-th point is taken, so that about that many remain, or up to
+    twice as many.
     """
     thinned = (
         positions

@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Row
-from benchmarks.claims.statements import EFFECTS, counted
+from benchmarks.claims.statements import EFFECTS, status_counts
 from benchmarks.store.provenance import ROOT
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import STOPS
@@ -123,7 +123,7 @@ def _environment() -> Environment:
         without_folder=without_folder,
     )
     functions: tuple[Any, ...] = (
-        built, chances, command_lines, counted, describe_origins, elsewhere, energies,
+        built, chances, command_lines, status_counts, describe_origins, elsewhere, energies,
         fastest_cells, fastest_lines, file_table, html_table, in_text, label_of, motions,
         mujoco_overhead, of_mujoco, peers, readable_cost, readable_ratios, readable_targets,
         sentences, slug,

@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 from benchmarks.claims.agreements import WithGalvi
-from benchmarks.claims.documents import all_documents, measuring
+from benchmarks.claims.documents import all_documents, measuring_object
 from benchmarks.store.provenance import ROOT, versions
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import Participant, Setting
@@ -91,7 +91,7 @@ class Peer:
             section.id
             for part in all_documents()[-1].parts
             for section in part.sections
-            for pair in measuring(section).pairs
+            for pair in measuring_object(section).pairs
             if isinstance(pair, WithGalvi) and pair.contender.name in names
         ]
 

@@ -42,7 +42,7 @@ TREE_FORMATS = {
 
 def orders(table: pd.DataFrame) -> dict[tuple[str, str], Fit]:
     """(tree, integrator) -> the fit of its order, to errors above ten times that of the truth and
-    ROUND_OFF."""
+    TREE_ROUND_OFF."""
     return {
         (str(problem), str(contender)): algebraic(
             list(rows["step"]),
@@ -98,7 +98,7 @@ def engine_versions_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dic
     """A line for each version and integrator, and the CSS classes of the columns.
 
     For each joint: the order of the attitude, fitted over the steps, and the errors at the step
-    SHOWN. A missing version has a line with the reason. Where the same version ran twice, the
+    SHOWN_STEP. A missing version has a line with the reason. Where the same version ran twice, the
     stored rows are shown.
     """
     rows = observations.drop_duplicates(RUN_KEYS, keep="last").sort_values(

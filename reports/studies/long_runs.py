@@ -246,7 +246,8 @@ def _run_line(run: pd.DataFrame) -> dict[str, object]:
 def _growth(run: pd.DataFrame) -> float | str:
     """The log-log slope of the energy error over the later half of the marks.
 
-    "" for fewer than MIN_MARKS such marks, and "round-off" if no error there exceeds WALK.
+    "" for fewer than MIN_MARKS such marks, and "round-off" if no error there exceeds
+    RANDOM_WALK_ERROR.
     """
     later = run.iloc[len(run) // 2 :]
     size = np.abs(later["energy_error"].to_numpy(float))

@@ -82,7 +82,7 @@ def as_latex(table: pd.DataFrame, caption: str = "", label: str = "") -> str:
     """The table as LaTeX, with few digits; numbers with an uncertainty have two digits of it.
 
     A column with a number is an S column of siunitx, in which texts stand in braces. A table of
-    more than PART rows is split into several.
+    more than MAX_TABLE_ROWS rows is split into several.
     """
     uncertainties = {
         name: UNCERTAINTY_OF[name] for name in table if UNCERTAINTY_OF.get(name) in table

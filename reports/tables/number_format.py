@@ -38,8 +38,8 @@ def readable(number: Any, digits: int = 3) -> str:
 
 
 def in_full(number: float) -> str:
-    """As `readable`, but whole numbers, and settings of up to SHORT digits such as 0.9999, are
-    exact."""
+    """As `readable`, but whole numbers, and settings of up to MAX_SETTING_DIGITS digits such as
+    0.9999, are exact."""
     if not is_finite(number):
         return ""
     if float(number).is_integer() and abs(number) < 10.0**MAX_DECIMALS:

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.claims import CLAIMS
-from benchmarks.claims.statements import counted, statements
+from benchmarks.claims.statements import statements, status_counts
 from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import read_csv
@@ -153,7 +153,7 @@ def _ratio_cell(row: pd.Series) -> str:
 
 
 def by_machine(report: Sequence[Machine], *columns: Any) -> str:
-    """A block for each kind of processor: a line on the machine, and its table of `times`.
+    """A block for each kind of processor: a line on the machine, and its table of `times_table`.
 
     Of several machines of a kind, the first in `report` is shown.
     """
@@ -274,7 +274,7 @@ def renew(root: Path, out: Path) -> list[str]:
         )
     report = machines(out)
     problems = set(report[0].runs["problem"]) if report else set()
-    tables = {STATEMENTS: textwrap.fill(counted(statements()), WIDTH)}
+    tables = {STATEMENTS: textwrap.fill(status_counts(statements()), WIDTH)}
     for name, columns in TIMES.items():
         if problems >= columns[-1].keys():
             tables[name] = by_machine(report, *columns)

@@ -110,8 +110,8 @@ def chances(runs: pd.DataFrame) -> tuple[str, ...]:
 
 
 def overheads(runs: pd.DataFrame) -> str:
-    """A sentence on codes for which a call of one step takes more than OVERHEAD of the timed call;
-    or ""."""
+    """A sentence on codes for which a call of one step takes more than MIN_OVERHEAD of the timed
+    call; or ""."""
     if "overhead" not in runs:
         return ""
     shares = runs["overhead"].groupby(runs["contender"].map(code_of), sort=False).max()

@@ -228,7 +228,7 @@ def truth_facts(versions: Versions) -> dict[str, Any]:
 
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:
-    """Write versions.csv with all columns, and columns READ as Markdown and LaTeX; returns the
-    paths."""
+    """Write versions.csv with all columns, and columns READABLE_COLUMNS as Markdown and LaTeX;
+    returns the paths."""
     table = rows(versions)
     return write_table(folder, "versions", table, table[list(READABLE_COLUMNS)], origin)

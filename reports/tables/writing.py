@@ -33,7 +33,7 @@ def write_table(
     origin: Mapping[str, str] | None = None,
     caption: str = "",
 ) -> list[Path]:
-    """Write name.csv from `table`, and name.md and name.tex from `read`; returns the paths.
+    """Write name.csv from `table`, and name.md and name.tex from `readable`; returns the paths.
 
     Parameters
     ----------

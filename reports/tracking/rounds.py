@@ -122,7 +122,7 @@ def long_runs(
 
     The problem is the driven oscillator, on which late errors of the time show, or else the first
     one that both sides ran. A run is shorter if it would take more than LONG_SECONDS, or than a
-    third of the time limit of an answer, and is left out below LEAST_LONGER ordinary runs.
+    third of the time limit of an answer, and is left out below MIN_LENGTHENING ordinary runs.
     """
     candidates = [pair for pair in pairs if pair.case.contender and pair.repeatable]
     candidates.sort(key=lambda pair: pair.case.problem != LONG_PROBLEM)

@@ -4,7 +4,7 @@ scatter of each benchmark, or is below the size required of each.
 Sample k of a side is the geometric mean, over the benchmarks, of their k-th times relative to the
 median of both sides, so that a disturbance of all benchmarks at one moment counts once. Memory
 layout alone slows a whole process by some percent: therefore the first round of samples only raises
-a suspicion, and the mean growth in FURTHER rounds of fresh processes decides.
+a suspicion, and the mean growth in FURTHER_ROUNDS rounds of fresh processes decides.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class Together:
 
     @property
     def alarms(self) -> dict[str, str]:
-        """TIME -> a sentence, if FURTHER further rounds confirm the suspicion and their mean growth
-        exceeds `size`; else {}."""
+        """TIME -> a sentence, if FURTHER_ROUNDS further rounds confirm the suspicion and their mean
+        growth exceeds `size`; else {}."""
         further = self.growth[1:]
         if not (
             self.suspicious and len(further) >= FURTHER_ROUNDS and np.mean(further) > self.size

@@ -35,7 +35,7 @@ class Worker(AbstractContextManager["Worker"]):
 
     Both sides run the worker program of this suite, which uses only galvi's public interface, so
     that a revision with another suite is measured in the same way. A request starts the process if
-    it does not run: at first, after `stop`, and after it died or hung. After TIME_OUTS timeouts
+    it does not run: at first, after `stop`, and after it died or hung. After MAX_TIME_OUTS timeouts
     each request fails at once.
 
     Parameters

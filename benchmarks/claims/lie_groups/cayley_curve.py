@@ -13,7 +13,7 @@ from benchmarks.measures.rigid_invariants import turns
 from galvi.arrays import Array
 
 
-def turned(path: Array) -> float:
+def rotation_angle(path: Array) -> float:
     """The rotation angle from the path's first attitude to its last, in [0, 2 pi).
 
     The skew part of the rotation is sin(angle) axis. Since the axis is continuous, its sign changes
@@ -44,8 +44,8 @@ def distance_of_polynomials(path: Array, omega: Array, degree: int) -> float:
     weight = 1.0 / (1.0 + 0.25 * np.sum(xi**2, axis=1))[:, None]
     basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(path)), degree - 1)
     best, *_ = np.linalg.lstsq(basis * weight, rate * weight, rcond=None)
-    left = (rate - basis @ best) * weight
-    return float(np.sqrt(np.mean(np.sum(left**2, axis=1))))
+    difference = (rate - basis @ best) * weight
+    return float(np.sqrt(np.mean(np.sum(difference**2, axis=1))))
 
 
 def _parts(path: Array) -> tuple[Array, Array]:

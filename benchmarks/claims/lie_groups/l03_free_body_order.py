@@ -53,7 +53,7 @@ WEIGHT = 98.1
 FLOOR, END_FLOOR = 2e-13, 3e-13  # at least ten times the distance of the oracles
 
 
-def by_newton(original: Callable[..., Any]) -> Callable[..., Any]:
+def with_newton(original: Callable[..., Any]) -> Callable[..., Any]:
     """`galvi.integrate` with stages that are solved by Newton's method."""
     return partial(original, solver="newton")
 
@@ -62,7 +62,7 @@ FAULTS = {
     **OTHER_MOTIONS,
     **{
         f"{array} 1e-4, Newton": of_table(
-            wrong={"galvi.integrate": by_newton}, **{array: 1.0 + 1e-4}
+            wrong={"galvi.integrate": with_newton}, **{array: 1.0 + 1e-4}
         )
         for array in ("psi", "slope")
     },

@@ -60,16 +60,19 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     below any bound on the largest error. Rounding p once a step, up or down, changes v . p / 2 by
     up to 2^-52 of itself: `rounding` is five standard deviations of that random walk.
     """
-    past = table[table["study"] == "history"]
-    rounding = readings.values(past, "t", quantity=QUANTITIES[N])
+    histories = table[table["study"] == "history"]
+    rounding = readings.values(histories, "t", quantity=QUANTITIES[N])
     blocks = np.diff(rounding[:: rounding.size // 50])
     scatter = np.std(blocks, ddof=1) / blocks.size**0.5
-    sign = f"mean change of the energy over blocks, in its standard errors, n = {N}"
+    bias_name = f"mean change of the energy over blocks, in its standard errors, n = {N}"
     order = readings.order(table, FLOOR, study="h-refinement")
     return {
-        **{quantity: readings.drift(past, quantity=quantity) for quantity in QUANTITIES.values()},
+        **{
+            quantity: readings.drift(histories, quantity=quantity)
+            for quantity in QUANTITIES.values()
+        },
         "rounding": 5.0 * (STEPS / 3.0) ** 0.5 * 2.0**-52,
         "limit": readings.largest_of(table, study=SHORT),
-        sign: float(abs(np.mean(blocks)) / scatter),
+        bias_name: float(abs(np.mean(blocks)) / scatter),
         f"order of the largest energy error, n = {COARSE}": order,
     }

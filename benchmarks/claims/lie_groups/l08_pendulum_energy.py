@@ -18,7 +18,7 @@ from benchmarks.claims.kit import (
     refine,
 )
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, oracles
-from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
+from benchmarks.claims.short_runs import SHORT, STARTS, short_runs
 from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.refinement import history
 
@@ -40,7 +40,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     rows += refine("h-refinement", pendulum, TRUTH, *options)
     method = method_on_group(make_method, N)
     rows += short_runs(QUANTITY, pendulum, TRUTH, 300.0, method, STEP)
-    return frame([*rows, oracles(pendulum, 300.0, PLACES)])
+    return frame([*rows, oracles(pendulum, 300.0, STARTS)])
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

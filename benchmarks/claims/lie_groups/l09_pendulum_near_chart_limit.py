@@ -31,12 +31,12 @@ from benchmarks.claims.kit import (
 )
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, oracles
 from benchmarks.claims.lie_groups.steps_near_the_limit import (
-    COUNT,
-    LOOSE,
-    NEAR,
+    LOOSE_OPTIONS,
+    NEAR_ANGLE,
     STEP,
+    STEPS_PER_RUN,
     TURN,
-    WIDE,
+    WIDER_CHARTS,
     N,
     read_steps,
     single_steps,
@@ -56,7 +56,7 @@ SHOWN = 50  # steps whose curve is in the table
 GROWTH, UPSIDE_DOWN, HANGING = "growth of the distance of two starts", "upside down", "hanging"
 SYMMETRIC, MOMENTS = f"{UPSIDE_DOWN}, symmetric body", (4.8, 4.8, 3.8)
 LARGEST, FARTHEST = f"largest {ENERGY}", f"largest {TURN} [rad]"
-SHARE = f"share of the energy's jumps in steps beyond {NEAR:.3g} rad"
+SHARE = f"share of the energy's jumps in steps beyond {NEAR_ANGLE:.3g} rad"
 
 
 def named(weight: float, chart: str) -> str:
@@ -68,7 +68,7 @@ JUDGED = {
     **{named(weight, CAYLEY.name): (DONE, FARTHEST, LARGEST, SHARE) for weight in HELD},
     named(LIGHT, CAYLEY.name): (FARTHEST, LARGEST),
     named(HEAVY, CAYLEY.name): (DONE,),
-    **{named(HEAVY, chart): (DONE, LARGEST) for chart in WIDE},
+    **{named(HEAVY, chart): (DONE, LARGEST) for chart in WIDER_CHARTS},
 }
 
 
@@ -114,7 +114,10 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     of `steps_near_the_limit`.
     """
     start = galvi.problems.pendulum_3d(DRAWN, inverted=True)
-    observed = [*single_steps(make_method, quick), oracles(start, STEP * COUNT, COUNT)]
+    observed = [
+        *single_steps(make_method, quick),
+        oracles(start, STEP * STEPS_PER_RUN, STEPS_PER_RUN),
+    ]
     for weight in (LIGHT, *HELD):
         starts = {
             UPSIDE_DOWN: pendulum(weight, True),
@@ -132,7 +135,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             method_on_group(make_method, N, chart),
             STEP,
             STEPS,
-            **(LOOSE if chart == CAYLEY and weight != LIGHT else {}),
+            **(LOOSE_OPTIONS if chart == CAYLEY and weight != LIGHT else {}),
         )
         completed = int(np.sum(np.isfinite(run.p[:, 0]))) - 1
         t, q = run.t[: completed + 1], run.q[: completed + 1]
@@ -161,7 +164,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     of distances, and numbers of the single steps."""
     runs = {run: read_run(table, run) for run in JUDGED}
     scan = {weight: read_run(table, named(weight, CAYLEY.name)) for weight in WEIGHTS}
-    beyond = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR]
+    beyond = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR_ANGLE]
     complete = [weight for weight, numbers in scan.items() if numbers[DONE] == STEPS]
     return read_steps(table) | {
         ORACLES: number(table, quantity=ORACLES),
@@ -170,7 +173,9 @@ def read(table: DataFrame) -> dict[str, Measurement]:
             f"largest {GROWTH}, {name}": readings.largest_of(table, study=name)
             for name in (HANGING, SYMMETRIC)
         },
-        f"least m g of the scan with a step beyond {NEAR:.3g} rad": min(beyond, default=math.nan),
+        f"least m g of the scan with a step beyond {NEAR_ANGLE:.3g} rad": min(
+            beyond, default=math.nan
+        ),
         f"largest m g of the scan whose run does {STEPS} steps": max(complete, default=math.nan),
         **{f"{name}, {run}": runs[run][name] for run, names in JUDGED.items() for name in names},
     }
@@ -187,5 +192,5 @@ def read_run(table: DataFrame, run: str) -> dict[str, float]:
         DONE: number(table, study=run, quantity=DONE),
         FARTHEST: readings.largest(turned),
         LARGEST: readings.largest(abs(energy)),
-        SHARE: np.sum(jumps[turned > NEAR]) / np.sum(jumps) if np.any(jumps) else math.nan,
+        SHARE: np.sum(jumps[turned > NEAR_ANGLE]) / np.sum(jumps) if np.any(jumps) else math.nan,
     }

@@ -26,7 +26,7 @@ from galvi.charts.chart import Chart, coordinates, place
 from galvi.groups import GROUPS
 from galvi.groups.group import Group
 
-NAMED: Mapping[str, Group] = dict(
+GROUP_OF_NAME: Mapping[str, Group] = dict(
     zip(("R2", "SO2", "SE2", "SO3", "SE3", "SO3 x R1 x SO2"), GROUPS, strict=True)
 )
 BODIES = {"SO3": galvi.problems.free_rigid_body(), "SE3": galvi.problems.free_body_se3()}
@@ -40,21 +40,23 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     """The largest differences of random curves of each group and chart, and of curves of runs."""
     rng = np.random.default_rng(2013)
     numbers: dict[str, float | str] = {}
-    for (name, group), chart in product(NAMED.items(), CHARTS):
+    for (name, group), chart in product(GROUP_OF_NAME.items(), CHARTS):
         label = f"{name}, {type(chart).__name__}"
         report(label)
-        curves = [of_random_points(group, chart, rng) for _ in range(5 if quick else 20)]
+        curves = [differences_of_points(group, chart, rng) for _ in range(5 if quick else 20)]
         defect, distance = np.max(curves, axis=0)
         numbers[f"largest defect of the interpolating curve, {label}"] = defect
         numbers[f"largest distance to the points, of the curve, {label}"] = distance
     for (name, body), chart in product(BODIES.items(), CHARTS):
         method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N), chart)
         label = f"{name}, {type(chart).__name__}"
-        numbers[f"largest defect of a run's curve, {label}"] = of_runs(body, method, rng)
+        numbers[f"largest defect of a run's curve, {label}"] = difference_of_runs(body, method, rng)
     return numbers
 
 
-def of_random_points(group: Group, chart: Chart, rng: np.random.Generator) -> tuple[float, float]:
+def differences_of_points(
+    group: Group, chart: Chart, rng: np.random.Generator
+) -> tuple[float, float]:
     """(largest difference of the moved curve and the curve of the moved points, largest distance of
     the curve from its points) for random points."""
     matrices = MatrixGroup(group)
@@ -68,7 +70,7 @@ def of_random_points(group: Group, chart: Chart, rng: np.random.Generator) -> tu
     return np.max(abs(moved - from_left(matrices, g, curve))), np.max(abs(at_nodes - points))
 
 
-def of_runs(body: Problem, method: Any, rng: np.random.Generator) -> float | str:
+def difference_of_runs(body: Problem, method: Any, rng: np.random.Generator) -> float | str:
     """The largest difference of the curve of a run from g q0 and of g times the curve from q0, or
     the status of a failed run."""
     system: Any = body.system

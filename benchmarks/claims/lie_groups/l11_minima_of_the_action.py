@@ -21,7 +21,7 @@ from benchmarks.claims.kit import (
 from benchmarks.claims.lie_groups.pendulum_motion import problem
 from benchmarks.measures.second_variation import constants, over_lower_form, smallest
 
-LONG = 2.2  # a step well beyond that at which the least eigenvalue is 0
+LONG_STEP = 2.2  # a step well beyond that at which the least eigenvalue is 0
 PENDULUM, FREE = "3D pendulum, Cayley chart", "free rigid body, exponential chart"
 
 
@@ -47,7 +47,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         "zero": first_zero(h, eigenvalue),
         "minimum": first_zero(h, minimum - h),
         "coercive": first_zero(h, coercive - h),
-        f"least eigenvalue at h = {LONG:g}, {name}": eigenvalue[h == LONG].item(),
+        f"least eigenvalue at h = {LONG_STEP:g}, {name}": eigenvalue[h == LONG_STEP].item(),
     }
     for bound, word in (("minimum", ""), ("coercive", "coercive ")):
         quantity = f"step where the least eigenvalue is 0, over H's {word}bound on the step, {name}"
@@ -68,11 +68,11 @@ def of_step(start: Problem, method: Any, h: float) -> tuple[float, float, float,
 def first_zero(h: Array, values: Array) -> float:
     """The first h at which positive values reach 0, by linear interpolation between two steps; NaN
     if they never do, or are not positive at first."""
-    past = np.flatnonzero(values <= 0.0)
-    if not past.size or past[0] == 0:
+    nonpositive = np.flatnonzero(values <= 0.0)
+    if not nonpositive.size or nonpositive[0] == 0:
         return np.nan
-    around = [past[0], past[0] - 1]
-    return float(np.interp(0.0, values[around], h[around]))
+    neighbours = [nonpositive[0], nonpositive[0] - 1]
+    return float(np.interp(0.0, values[neighbours], h[neighbours]))
 
 
 VARIATION = "benchmarks.measures.second_variation"

@@ -24,10 +24,11 @@ from references.textbook.galerkin import Galerkin, Rotations, cayley, hat, vecto
 
 MOMENTS, J_D = np.array([3.3, 2.5, 3.4]), np.diag([1.3, 2.1, 1.2])  # J = tr(J_d) I - J_d
 AS_PRINTED, IN_ORDER = (2, 1, 0), (0, 1, 2)  # the phi that I_1, I_2, I_3 multiply in (3.50)
-SLIP = 2  # c, printed for b in the last line of dL_d / dlambda
-TINY = 1e-200  # of a complex step
-PASSES = 30
-ENOUGH = 1e-13  # change of xi, whose size is about 1, below which Newton's method has converged
+MISPRINTED_INDEX = 2  # c, printed for b in the last line of dL_d / dlambda
+COMPLEX_STEP = 1e-200
+MAX_ITERATIONS = 30
+# Change of xi, whose size is about 1, below which Newton's method has converged:
+CONVERGED_CHANGE = 1e-13
 
 
 def phi(xi: Array, rate: Array) -> Array:
@@ -95,7 +96,7 @@ def change_of_chart(first: Array, point: Array) -> Array:
 
 def gradient(function: Callable[[Any], Any]) -> Array:
     """The derivatives of a function of x (3,) at x = 0, (3, ...), by complex steps."""
-    return np.array([np.imag(function(1j * TINY * e)) / TINY for e in np.eye(3)])
+    return np.array([np.imag(function(1j * COMPLEX_STEP * e)) / COMPLEX_STEP for e in np.eye(3)])
 
 
 def departures(rng: np.random.Generator) -> dict[str, Any]:
@@ -120,7 +121,7 @@ def departures(rng: np.random.Generator) -> dict[str, Any]:
     by_point = gradient(lambda e: lagrangian(relative(first, point + e), rate))
     by_xi = stage_terms(xi, rate, 1.0, 0.0)
     chart = change_of_chart(first, point)
-    slip = (by_xi[SLIP] - by_xi[1]) * chart[1, 2] * np.eye(3)[2]
+    slip = (by_xi[MISPRINTED_INDEX] - by_xi[1]) * chart[1, 2] * np.eye(3)[2]
     pairs = {
         "Phi(Phi(X)) - X": (inverse_cayley(cayley(xi)), xi),
         "lambda as printed": (point, turned),
@@ -228,11 +229,11 @@ class BodySteps:
             return np.concatenate([sums[1:-1].ravel(), self.matched(x, sums, p, first)])
 
         units = np.eye(x.size)[3:].reshape(-1, *x.shape)
-        for _ in range(PASSES):
-            columns = [residual(x + 1j * TINY * unit).imag / TINY for unit in units]
+        for _ in range(MAX_ITERATIONS):
+            columns = [residual(x + 1j * COMPLEX_STEP * unit).imag / COMPLEX_STEP for unit in units]
             change = np.linalg.solve(np.stack(columns, axis=1), residual(x)).reshape(-1, 3)
             x[1:] -= change
-            if np.max(abs(change)) < ENOUGH:
+            if np.max(abs(change)) < CONVERGED_CHANGE:
                 return x
         raise ArithmeticError(f"no step of {self.h:g}")
 

@@ -35,13 +35,13 @@ def pendulum_after(
     stiff = (du * kinetic[1]) @ du.T
     start = values(functions, np.zeros(1))
     psi, end = ((values(functions, s) - start).T for s in (potential[0], np.ones(1)))
-    onto = np.linalg.solve(stiff, (end - psi).T * potential[1])  # of forces, over step^2
-    along = np.linalg.solve(stiff, end[0])  # of the momentum, over step
+    force_map = np.linalg.solve(stiff, (end - psi).T * potential[1])  # of forces, over step^2
+    momentum_map = np.linalg.solve(stiff, end[0])  # of the momentum, over step
     for _ in range(steps):
-        x, change, passes = step * p * along, math.inf, 0
+        x, change, passes = step * p * momentum_map, math.inf, 0
         while change > 2e-16 and passes < 200:
-            after = step * p * along + step**2 * (onto @ -np.sin(q + psi @ x))
-            x, change, passes = after, float(np.max(abs(after - x))), passes + 1
+            next_x = step * p * momentum_map + step**2 * (force_map @ -np.sin(q + psi @ x))
+            x, change, passes = next_x, float(np.max(abs(next_x - x))), passes + 1
         if change > 2e-16:
             return math.nan, math.nan
         p += step * float(potential[1] @ -np.sin(q + psi @ x))

@@ -13,9 +13,9 @@ import galvi
 from benchmarks.claims.kit import Array, Fault, always
 from benchmarks.test_problems.oscillators import HARDENING, PENDULUM, NonlinearOscillator
 
-PASSES = 400
-DONE = 1e-9  # difference of passes over the first one, below which it is mostly rounding
-LOST = 1e9  # difference of passes over the first one, above which the iteration diverges
+MAX_PASSES = 400
+CONVERGED_RATIO = 1e-9  # difference of passes over the first one, below which it is mostly rounding
+DIVERGED_RATIO = 1e9  # difference of passes over the first one, above which the iteration diverges
 
 
 def extremes(numbers: Sequence[Mapping[str, float]]) -> dict[str, float]:
@@ -70,16 +70,16 @@ class Iteration:
         problem: Any = oscillator.problem()
         (q0,), (v0,) = problem.q0, problem.v0
         iterates, sizes = [np.zeros_like(self.drift)], list[Any]()
-        while len(sizes) < PASSES:
+        while len(sizes) < MAX_PASSES:
             pulled = self.pull @ oscillator.slope(q0 + self.places @ iterates[-1])
             iterates.append(h**2 * pulled - h * v0 * self.drift)
             sizes.append(np.linalg.norm(iterates[-1] - iterates[-2], self.norm))
-            if not 1e-16 < sizes[-1] < LOST * sizes[0]:
+            if not 1e-16 < sizes[-1] < DIVERGED_RATIO * sizes[0]:
                 break
         changes = np.array(sizes)
-        if not changes[-1] <= DONE * changes[0]:
+        if not changes[-1] <= CONVERGED_RATIO * changes[0]:
             return dict.fromkeys(("ratio", "reach", "spread", "apart"), math.nan)
-        ratios = (changes[1:] / changes[:-1])[changes[:-1] > DONE * changes[0]]
+        ratios = (changes[1:] / changes[:-1])[changes[:-1] > CONVERGED_RATIO * changes[0]]
         dual = 1 if self.norm == np.inf else 2
         farthest = np.max(np.linalg.norm(self.places, dual, axis=1)) * changes[0] / (1.0 - factor)
         step = galvi.integrate(problem, method, h, 1, solver="fixed_point")

@@ -61,11 +61,11 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
     rate, with the slowest convergence of polynomials over the steps on the orbit; and orders in
     h."""
     numbers: dict[str, Measurement] = {"apart": number(table, quantity=ORACLES)}
-    base, plain = "base of the step ends' error over the curve's", []
+    base, plain_bases = "base of the step ends' error over the curve's", []
     for steps, floor in FLOORS.items():
-        n, ends, over = _both(table, "n", floor, study=IN_N % steps)
+        n, ends, over = _errors_above_round_off(table, "n", floor, study=IN_N % steps)
         fit = partial(convergence_fits.geometric, n, over, floor=0.0, ceiling=0.5)
-        plain.append(estimate(fit()))
+        plain_bases.append(estimate(fit()))
         numbers[f"{base}, {steps} steps"] = fit(power=(-POWER[0], 0.0))
         starts = [math.remainder(k * STEP, 2.0 * math.pi) for k in range(steps)]
         slowest = max(convergence_of_polynomials(start, STEP) for start in starts)
@@ -74,11 +74,13 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
     numbers[f"{base} before n = {FROM}, {steps} steps"] = convergence_fits.geometric(
         n[early], over[early], floor=0.0, ceiling=2.0
     )
-    numbers[f"{base}, nearest to 1 over the numbers of steps"] = max(plain, key=_or_lost)
+    numbers[f"{base}, nearest to 1 over the numbers of steps"] = max(
+        plain_bases, key=_unknown_or_largest
+    )
     numbers["plain"] = slowest * math.exp(POWER[0] / FROM)
     curve_over_ends, gains = [], []
     for n in NS:
-        *_, over = _both(table, "step", IN_H_FLOOR, study=fixed_number(10), n=n)
+        *_, over = _errors_above_round_off(table, "step", IN_H_FLOOR, study=fixed_number(10), n=n)
         curve_over_ends.append(readings.largest(1.0 / over))
         where: Any = {"study": fixed_number(STEPS), "n": n}
         orders = (readings.order(table, IN_H_FLOOR, quantity=name, **where) for name in IN_H[STEPS])
@@ -90,16 +92,18 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
             readings.smallest(np.array(curve_over_ends))
         ),
         "order of the angular momentum's error along the curve over the curve's own, largest over "
-        "n": max(gains, key=_or_lost),
+        "n": max(gains, key=_unknown_or_largest),
     }
 
 
-def _or_lost(fitted: Estimate) -> tuple[bool, float]:
+def _unknown_or_largest(fitted: Estimate) -> tuple[bool, float]:
     """A key for `max` that prefers an estimate that is refuted or NaN, else the largest one."""
     return fitted.refuted or math.isnan(fitted.value), fitted.value
 
 
-def _both(table: DataFrame, by: str, floor: float, **where: Any) -> tuple[Any, Any, Any]:
+def _errors_above_round_off(
+    table: DataFrame, by: str, floor: float, **where: Any
+) -> tuple[Any, Any, Any]:
     """(n or step, error at step ends, that error over the curve's), above round-off."""
     (x, ends), (_, curve) = (
         series(table, by, quantity=quantity, **where) for quantity in ENDS_AND_CURVE

@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.claims.kit import Array, Problem
 
-DAYS = 365.25  # in a year
-PRINTED = 0.005  # H's h, without a unit
-UNIT = 0.5 / np.pi  # years, in which G = 1
+DAYS_PER_YEAR = 365.25  # in a year
+PRINTED_STEP = 0.005  # H's h, without a unit
+YEARS_PER_UNIT = 0.5 / np.pi  # years, in which G = 1
 INNER = ("Mercury", "Venus", "Earth", "Mars")
-YEARS = 20.0
+DURATION_YEARS = 20.0
 SMALLER = (
     "least share of steps whose smaller solution throws the planet out, Mercury, Venus, Earth and "
     "Mars, implicit Euler"
@@ -69,10 +69,10 @@ def follow(
         r, smaller = distances(size, h[live] ** 2 * mu[live])
         if smaller_at is not None:
             r = np.where(smaller_at[live] == step, smaller, r)
-        some = np.isfinite(r) & (step <= counts[live])
-        live, r = live[some], r[some]
-        q = c[some] * (r / size[some])[:, None]
-        v = v[some] - (h[live] * mu[live] / r**3)[:, None] * q
+        continues = np.isfinite(r) & (step <= counts[live])
+        live, r = live[continues], r[continues]
+        q = c[continues] * (r / size[continues])[:, None]
+        v = v[continues] - (h[live] * mu[live] / r**3)[:, None] * q
         last[live] = 0.5 * np.sum(v * v, axis=1) - mu[live] / r
         largest[live], solved[live] = np.maximum(largest[live], last[live]), step
         if not live.size:
@@ -81,13 +81,13 @@ def follow(
 
 
 def two_body(
-    system: Any, h: Array, years: float = YEARS, smaller_at: Array | None = None
+    system: Any, h: Array, years: float = DURATION_YEARS, smaller_at: Array | None = None
 ) -> tuple[Array, Array, Array]:
     """As `follow`, for the inner planets about the Sun alone, in au and years: arrays (4 k,), for
     each planet those of all h (k,)."""
     masses = system.system.masses
-    q, v = ((x[1:5] - x[0]).repeat(h.size, axis=0) for x in (system.q0, system.v0 * DAYS))
-    mu = (masses[0] + masses[1:5]).repeat(h.size) * DAYS**2
+    q, v = ((x[1:5] - x[0]).repeat(h.size, axis=0) for x in (system.q0, system.v0 * DAYS_PER_YEAR))
+    mu = (masses[0] + masses[1:5]).repeat(h.size) * DAYS_PER_YEAR**2
     return follow(q, v, mu, np.tile(h, len(INNER)), years, smaller_at)
 
 
@@ -95,15 +95,17 @@ def escapes(system: Problem, count: int) -> dict[str, float]:
     """Fractions of orbits of the inner planets that gain the energy to escape.
 
     With the larger solution of every step, the fraction over planets and `count` step sizes from
-    0.002 to 0.05 years and more; with the smaller solution once, at h = PRINTED, the smallest
+    0.002 to 0.05 years and more; with the smaller solution once, at h = PRINTED_STEP, the smallest
     fraction, over the planets, of the steps at which that throws the planet out.
     """
-    h = np.unique([*np.geomspace(2e-3, 0.05, count), PRINTED, PRINTED * UNIT])
+    h = np.unique([*np.geomspace(2e-3, 0.05, count), PRINTED_STEP, PRINTED_STEP * YEARS_PER_UNIT])
     shares = []
-    for k, stop in enumerate(two_body(system, np.array([PRINTED]))[0]):
-        late = np.tile(np.arange(1, stop + 1), len(INNER))
-        those = two_body(system, np.full(stop, PRINTED), (stop + 100) * PRINTED, late)
-        shares.append(np.mean(those[1].reshape(len(INNER), -1)[k] > 0.0))
+    for k, stop in enumerate(two_body(system, np.array([PRINTED_STEP]))[0]):
+        smaller_steps = np.tile(np.arange(1, stop + 1), len(INNER))
+        orbits = two_body(
+            system, np.full(stop, PRINTED_STEP), (stop + 100) * PRINTED_STEP, smaller_steps
+        )
+        shares.append(np.mean(orbits[1].reshape(len(INNER), -1)[k] > 0.0))
     return {
         "share of inner planets and h with energy to escape, larger solution of every step, "
         "implicit Euler": np.mean(two_body(system, h)[1] > 0.0),

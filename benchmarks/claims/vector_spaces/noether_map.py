@@ -23,7 +23,7 @@ from references.closed_forms.double_double import DoubleDouble
 from references.closed_forms.kepler import KEPLER, flow, orbit
 
 CURVE, LOCAL = "curve", "local motion"
-FINE = 60  # points of the rule that stands for the integral; 40 give the same to 1e-15
+FINE_POINTS = 60  # points of the rule that stands for the integral; 40 give the same to 1e-15
 
 Motion = Callable[[Array], tuple[Array, Array]]  # t (k,) to q and q', (k, 2) each
 
@@ -92,21 +92,21 @@ class Step:
         return {CURVE: lambda t: (self.run(t), self.run.velocity(t)), LOCAL: exact}
 
     @cached_property
-    def sampled(self) -> dict[tuple[str, int], tuple[Array, Array]]:
+    def samples(self) -> dict[tuple[str, int], tuple[Array, Array]]:
         """(motion, number of points) -> q and q' of that motion at the points of that rule."""
         return {
             (name, points): motion(self.h * gauss_points(points)[0])
             for name, motion in self.motions.items()
-            for points in (self.points, FINE)
+            for points in (self.points, FINE_POINTS)
         }
 
     def noether(self, name: str, phi: Array) -> float:
         """The Noether map I_d of the CURVE or the LOCAL motion."""
-        return float(momentum(self.sampled[name, self.points], phi, self.h) @ self.a)
+        return float(momentum(self.samples[name, self.points], phi, self.h) @ self.a)
 
     def rule_error(self, name: str, phi: Array) -> Array:
         """The error e_q of the rule for the integral of L_q phi + L_v phi', (2,)."""
-        few, many = (self.sampled[name, points] for points in (self.points, FINE))
+        few, many = (self.samples[name, points] for points in (self.points, FINE_POINTS))
         return momentum(many, phi, self.h) - momentum(few, phi, self.h)
 
     @cached_property
@@ -115,8 +115,8 @@ class Step:
 
         L^infinity norms are maxima over samples, and so at most the true norms.
         """
-        t, weights = self.exact.t, self.h * gauss_points(FINE)[1]
-        of_curve, of_motion = self.sampled[CURVE, FINE], self.sampled[LOCAL, FINE]
+        t, weights = self.exact.t, self.h * gauss_points(FINE_POINTS)[1]
+        of_curve, of_motion = self.samples[CURVE, FINE_POINTS], self.samples[LOCAL, FINE_POINTS]
         distance, rate = (
             np.linalg.norm(x - y, axis=1) for x, y in zip(of_curve, of_motion, strict=True)
         )
@@ -142,7 +142,7 @@ class Step:
         least_radius = np.min(np.linalg.norm(self.exact.q, axis=1)) - self.norms["q"]
         return float(2.0 / least_radius**3) if least_radius > 0.0 else math.inf
 
-    def right(self, phi: Array) -> tuple[float, float]:
+    def right_side(self, phi: Array) -> tuple[float, float]:
         """H's C = max(L_1 + L_3, 2 L_2) |phi_1| + 1, with L_2 = m = 1 and the L_3 = L_1 of motions,
         on which d/dt L_v = L_q; and the norms on the right of lemma 2.3.3."""
         largest = float(np.max(abs(values(phi[None], np.linspace(0.0, 1.0, 201)))))

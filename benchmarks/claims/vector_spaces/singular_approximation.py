@@ -26,7 +26,7 @@ from benchmarks.measures.independent_space import gauss_points
 
 gauss_once = lru_cache(maxsize=64)(gauss_points)
 RESOLUTION = 1e-9
-GRADE = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
+GRADING_POWER = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
 
 
 def closed_errors(
@@ -49,10 +49,12 @@ def closed_errors(
     k = np.arange(max(degrees))
     sides = _side(k, power, y) - (-1.0) ** k * _side(k, power, -y)
     squares = half * (k + 0.5) * (half**power / power * sides) ** 2
-    twice = 2.0 * power + 1.0
-    total = ((stop - singularity) ** twice + (singularity - start) ** twice) / (twice * power**2)
-    left = total - np.cumsum(squares)[np.asarray(degrees) - 1]
-    return np.sqrt(np.where(left > RESOLUTION * total, left, np.nan))
+    exponent = 2.0 * power + 1.0
+    total = ((stop - singularity) ** exponent + (singularity - start) ** exponent) / (
+        exponent * power**2
+    )
+    squared_errors = total - np.cumsum(squares)[np.asarray(degrees) - 1]
+    return np.sqrt(np.where(squared_errors > RESOLUTION * total, squared_errors, np.nan))
 
 
 def _side(k: Any, a: float, y: float) -> Array:
@@ -68,7 +70,7 @@ def quadrature_error(
 ) -> float:
     """The error of the best polynomial of one degree to any motion, by quadrature that is graded
     towards t*."""
-    t, w = graded_nodes(singularity, start, stop, GRADE * degree + 60)
+    t, w = graded_nodes(singularity, start, stop, GRADING_POWER * degree + 60)
     return float(misses(motion, t[None], w[None], np.array([start]), np.array([stop]), degree)[0])
 
 
@@ -82,7 +84,7 @@ def graded_nodes(singularity: float, start: float, stop: float, points: int) -> 
     s, b = gauss_once(points)
     if not start <= singularity <= stop:
         return start + (stop - start) * s, (stop - start) * b
-    grown, weights = s**GRADE, GRADE * s ** (GRADE - 1) * b
+    grown, weights = s**GRADING_POWER, GRADING_POWER * s ** (GRADING_POWER - 1) * b
     parts = [end - singularity for end in (start, stop) if end != singularity]
     t = np.concatenate([singularity + length * grown for length in parts])
     return t, np.concatenate([abs(length) * weights for length in parts])

@@ -25,7 +25,7 @@ from benchmarks.measures.independent_space import (
 from benchmarks.test_problems import oscillators
 
 NS = (3, 4, 6, 8, 12, 16, 20)
-SHOWN = (4, 8, 16)  # n that have rows of their own
+SHOWN_NS = (4, 8, 16)  # n that have rows of their own
 SIZES = np.arange(0.05, 1.0, 0.05)  # step sizes below 1
 SHARES = (0.5, 0.9)  # step over H's bound, for passes of nonlinear oscillators
 FAULTS = contraction.FAULTS
@@ -40,7 +40,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 
 
 def numbers_of(method: Any, n: int) -> dict[str, Any]:
-    """The numbers of one n, of which `measure` takes extremes; for n in SHOWN also its limits."""
+    """The numbers of one n, of which `measure` takes extremes; for n in SHOWN_NS also its
+    limits."""
     basis, (t, b) = lagrange_at_chebyshev(n - 1), gauss_points(2 * n)
     phi, dphi = values(basis, t), slopes(basis, t)
     mass, stiffness = (phi * b) @ phi.T, (dphi * b) @ dphi.T
@@ -64,7 +65,7 @@ def numbers_of(method: Any, n: int) -> dict[str, Any]:
             own_bound / bound - 1.0
         ),
     }
-    if n in SHOWN:
+    if n in SHOWN_NS:
         spectral = np.max(abs(np.linalg.eigvals(D))) ** -0.5 / bound
         numbers[f"measured limit / bound, n = {n}"] = limit
         numbers[f"measured limit in any norm / bound, n = {n}"] = spectral
@@ -81,7 +82,7 @@ def numbers_of(method: Any, n: int) -> dict[str, Any]:
             f"least of measured limit / bound, {name}, all n": limit,
             f"galvi's step less the fixed point, {name}, largest over all n": runs[-1]["apart"],
         }
-        if n in SHOWN:
+        if n in SHOWN_NS:
             numbers[f"measured limit / bound, {name}, n = {n}"] = limit
         if math.isfinite(oscillator.radius):
             reach, spread = largest["reach"], largest["spread"]

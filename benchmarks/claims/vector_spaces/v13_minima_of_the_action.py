@@ -16,7 +16,7 @@ from benchmarks.measures.independent_space import all_of_degree, gauss_points, s
 
 RATIOS = np.round(np.arange(0.1, 2.4001, 0.05), 10)  # step over the bound for minima
 DIRECTIONS = 64  # random variations in addition to the eigenvectors
-FINE = 400  # midpoints for the integrals of |q| in W11
+MIDPOINTS = 400  # midpoints for the integrals of |q| in W11
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
@@ -106,7 +106,7 @@ def along_step(method: Any, problem: Problem, second: Any, widest: float, h: flo
         form = eigvalsh(variation, 0.5 * stiffness + level * gram(values, b))[0]
         random = np.random.default_rng(13).normal(size=(len(variation), DIRECTIONS))
         directions = np.hstack([vectors, random])
-        tau = (np.arange(FINE) + 0.5) / FINE
+        tau = (np.arange(MIDPOINTS) + 0.5) / MIDPOINTS
         fine = space.basis(tau) - space.basis(np.zeros(1)), space.derivative(tau) / h
         sizes = h * sum(np.mean(abs(u[:, 1:] @ free @ directions), axis=0) for u in fine)
         spent = np.sum(directions * (variation @ directions), axis=0)

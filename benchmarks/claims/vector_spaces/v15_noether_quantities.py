@@ -38,7 +38,7 @@ ANGULAR, LINEAR = "angular momentum", "linear momentum"
 ROTATION, TRANSLATION = "rotation", "translation"
 MIXED = {3: (5, 2), 4: (5, 3), 5: (6, 4)}  # n of the lower degree: degrees of the components
 ALONG = "angular momentum along the curve, n = 8"
-LONG_STEP, LONG = 0.5, 8000
+LONG_STEP, LONG_STEPS = 0.5, 8000
 THREE_BODIES = Problem(  # in space, with nonzero total momentum
     galvi.NBody(np.array([1.0, 0.2, 0.1])),
     np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [-0.3, 3.0, 0.0]]),
@@ -124,8 +124,8 @@ def along_a_run(method: Any) -> list[dict[str, Any]]:
     exact = KEPLER.run(orbit, 2.0 * np.pi, {"samples": 400})
     starts = [replace(orbit, q0=q, v0=v) for q, v in zip(exact.q, exact.v, strict=True)]
     single = [errors_along(start, method, 1)[0] for start in starts]
-    errors = errors_along(orbit, method, LONG) / np.max(single)
-    t = np.linspace(LONG_STEP, LONG_STEP * LONG, LONG)
+    errors = errors_along(orbit, method, LONG_STEPS) / np.max(single)
+    t = np.linspace(LONG_STEP, LONG_STEP * LONG_STEPS, LONG_STEPS)
     return history(ALONG, t, errors, study="history", n=8, step=LONG_STEP)
 
 

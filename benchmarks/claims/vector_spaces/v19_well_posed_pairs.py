@@ -100,12 +100,12 @@ def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
     norm, unique = (
         np.linalg.cond(matrix) < SINGULAR for matrix in (stiff + np.outer(ends[1], ends[1]), saddle)
     )
-    end = off = math.nan
+    end = departure = math.nan
     if unique:
         motion = np.linalg.solve(saddle, np.append(-ends[0], 0.0))[:-1]
         end = ends[1] @ motion
-        off = max(np.max(abs(at_nodes @ motion - t)), abs(end - 1.0))
-    return {"norm": norm, "unique": unique, "end": end, "off": off}
+        departure = max(np.max(abs(at_nodes @ motion - t)), abs(end - 1.0))
+    return {"norm": norm, "unique": unique, "end": end, "off": departure}
 
 
 def by_galvi(make_method: MakeMethod, space: Any, rule: galvi.Rule) -> dict[str, Any]:

@@ -105,16 +105,16 @@ def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[
     for oscillator in oscillators.NONLINEAR:
         bound = 1.0 / math.sqrt(square * oscillator.lipschitz)
         run = passes.run(oscillator, method, SHARE * bound, SHARE**2)
-        of = oscillator.name
+        name = oscillator.name
         numbers |= {
-            f"largest ratio of successive passes over eta C_N^2, {of}": run["ratio"],
-            f"least measured limit over M's bound, {of}": passes.limit(oscillator) / bound,
-            f"largest galvi's step less the fixed point, {of}": run["apart"],
+            f"largest ratio of successive passes over eta C_N^2, {name}": run["ratio"],
+            f"least measured limit over M's bound, {name}": passes.limit(oscillator) / bound,
+            f"largest galvi's step less the fixed point, {name}": run["apart"],
         }
         if math.isfinite(oscillator.radius):
             numbers |= {
-                f"largest reach of the iterates over rho, {of}": run["reach"],
-                f"largest |q| of the iterates over rho, {of}": run["spread"],
+                f"largest reach of the iterates over rho, {name}": run["reach"],
+                f"largest |q| of the iterates over rho, {name}": run["spread"],
             }
     return numbers
 

@@ -41,9 +41,9 @@ SECONDS, FASTEST, SLOWEST = "seconds", "seconds, fastest round", "seconds, slowe
 CLOCKS = ((SECONDS, SECONDS), (FASTEST, SLOWEST), (SLOWEST, FASTEST))
 EVALUATIONS = "force evaluations"
 REFERENCE_DISTANCE = "distance between the two references [m]"
-ASKED = 2e-4  # m, a small error, reached at low order with 65,536 steps
-FINE = 1e-7  # m, out of reach at low order
-COARSE = 2e-2  # m, a hundred times ASKED
+SMALL_ERROR = 2e-4  # m, a small error, reached at low order with 65,536 steps
+FINE_ERROR = 1e-7  # m, out of reach at low order
+COARSE_ERROR = 2e-2  # m, a hundred times SMALL_ERROR
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
@@ -108,14 +108,18 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         median, *ends = (of_clocks(*clocks) for clocks in CLOCKS)
         return Estimate(median, 0.5 * abs(ends[0] - ends[1]) or None)
 
-    growth = np.log(ratio(ASKED) / ratio(COARSE)) / np.log(COARSE / ASKED)
-    low, high = (least_cost(FINE, EVALUATIONS, degree) for degree in (2, 6))
+    growth = np.log(ratio(SMALL_ERROR) / ratio(COARSE_ERROR)) / np.log(COARSE_ERROR / SMALL_ERROR)
+    low, high = (least_cost(FINE_ERROR, EVALUATIONS, degree) for degree in (2, 6))
     return {
-        f"{EVALUATIONS} of {EULER} over those of the best N at {ASKED:g} m": ratio(ASKED),
+        f"{EVALUATIONS} of {EULER} over those of the best N at {SMALL_ERROR:g} m": ratio(
+            SMALL_ERROR
+        ),
         "power of the inverse error with which that ratio grows, from "
-        f"{COARSE:g} to {ASKED:g} m": growth,
-        f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE:g} m": low / high,
-        f"time of {EULER} over that of the best N at {ASKED:g} m": timed(partial(ratio, ASKED)),
+        f"{COARSE_ERROR:g} to {SMALL_ERROR:g} m": growth,
+        f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE_ERROR:g} m": low / high,
+        f"time of {EULER} over that of the best N at {SMALL_ERROR:g} m": timed(
+            partial(ratio, SMALL_ERROR)
+        ),
         f"error below which high order is cheaper in time than {EULER} [m]": timed(crossing),
         REFERENCE_DISTANCE: number(table, quantity=REFERENCE_DISTANCE),
     }

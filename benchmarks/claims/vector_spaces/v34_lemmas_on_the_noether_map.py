@@ -105,7 +105,7 @@ def of_step(step: Step, phi: Array) -> dict[str, float]:
     q, p = step.motions[LOCAL](step.h * np.array([0.0, 0.5, 1.0]))
     momentum = np.sum(p * generator(q), axis=1)
     sides = {
-        PRINTED: abs(curve - exact) / (size * math.prod(step.right(phi))),
+        PRINTED: abs(curve - exact) / (size * math.prod(step.right_side(phi))),
         PROVED: abs(curve - exact) / (size * (step.lipschitz * norms["q in L^1"] + change)),
         NOETHER: abs(curve - step.run.p[0] @ step.a),
         RULE: change / w11_norm,
@@ -130,7 +130,7 @@ def in_a_run(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
         if step is None:
             return rows({GLOBAL: math.nan, FIRST: math.nan}, status=failure(run))
         left = abs(step.exact.p[0] @ step.a - momentum)
-        sides.append((left, np.linalg.norm(step.a), *step.right(phi)))
+        sides.append((left, np.linalg.norm(step.a), *step.right_side(phi)))
         current = replace(current, q0=run.q[1], v0=run.p[1])
     left, size, constant, norms = np.array(sides).T
     over = left / (4.0 * np.max(constant) * np.max(size) * norms)

@@ -16,10 +16,10 @@ from references.closed_forms.double_double import DIGITS
 from references.closed_forms.pendulum import Modulus
 
 ECCENTRICITY = 0.3
-PARTS = (40.3, 50.8, 63.9, 80.6)  # steps per revolution of the Kepler orbit
+STEPS_PER_REVOLUTION = (40.3, 50.8, 63.9, 80.6)  # steps per revolution of the Kepler orbit
 ANGLES = np.linspace(0.1, 3.1, 16)  # of the normals of lines through its centre
-SWING = 0.75 * math.pi  # amplitude of the pendulum
-PER_PERIOD = 16  # steps per period of the pendulum
+AMPLITUDE = 0.75 * math.pi  # amplitude of the pendulum
+STEPS_PER_PERIOD = 16  # steps per period of the pendulum
 STEP = 0.25  # of the uniform motion
 GAPS = (1e-2, 1e-3, 1e-4, 1e-5)  # distances of the crossings of a pair, in steps
 
@@ -28,7 +28,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
     """Orders of the times of events; and counts of crossings of a pendulum, at ends of steps and in
     nearly double pairs."""
     numbers: dict[str, Any] = {}
-    sizes = [2.0 * math.pi / parts for parts in PARTS]
+    sizes = [2.0 * math.pi / parts for parts in STEPS_PER_REVOLUTION]
     for stages in (3, 4):
         errors = np.array([passages(collocation(make_method, stages), h) for h in sizes])
         for k, quantity in enumerate(("times of events", "curve's distance from them")):
@@ -48,7 +48,7 @@ def passages(method: Any, step: float) -> tuple[float, float]:
     """
     e, steps = ECCENTRICITY, math.ceil(2.0 * math.pi / step)
     run = galvi.integrate(galvi.problems.kepler(e), method, step, steps)
-    late, squares = [], []
+    time_errors, squares = [], []
     for angle in ANGLES:
         normal = np.array([math.cos(angle), math.sin(angle)])
         t = galvi.find_events(run, galvi.events.plane_crossing(normal)).t
@@ -58,22 +58,22 @@ def passages(method: Any, step: float) -> tuple[float, float]:
         exact = exact[(exact > 0.0) & (exact < run.t[-1])]
         if len(t) != len(exact):
             return math.nan, math.nan
-        late.append(np.max(abs(t - exact)))
+        time_errors.append(np.max(abs(t - exact)))
         on_curve = newton(lambda x, n=normal: run(x) @ n, t, x1=t + 1e-3 * step, tol=1e-12)
         squares.append(np.mean((on_curve - t) ** 2))
-    return max(late), math.sqrt(np.mean(squares))
+    return max(time_errors), math.sqrt(np.mean(squares))
 
 
 def swings(method: Any, wanted: int) -> dict[str, Any]:
     """Errors for a pendulum from rest, which passes its lowest position at odd quarters of its
     period 4 K(k)."""
-    k = math.sin(0.5 * SWING)
+    k = math.sin(0.5 * AMPLITUDE)
     with localcontext(DIGITS):
         square = Decimal(k) ** 2
         quarter = float(Modulus(square, 1 - square).quarter)
     problem = galvi.problems.planar_pendulum(2.0 * math.asin(k))
-    steps = math.ceil((0.5 * wanted + 0.1) * PER_PERIOD)
-    run = galvi.integrate(problem, method, 4.0 * quarter / PER_PERIOD, steps)
+    steps = math.ceil((0.5 * wanted + 0.1) * STEPS_PER_PERIOD)
+    run = galvi.integrate(problem, method, 4.0 * quarter / STEPS_PER_PERIOD, steps)
     t = galvi.find_events(run, galvi.events.angle(0, 0.0)).t
     nearest = np.clip(np.round((t / quarter - 1.0) / 2.0), 0.0, wanted - 1.0)
     late = abs(t - quarter * (1.0 + 2.0 * nearest))

@@ -293,7 +293,7 @@ LIE_GROUPS: tuple[Figure, ...] = (
                 for chart in CHARTS
             },
         },
-        caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses above: the "
+        caption=f"One step of a body in steady rotation, n = {l14.ROTATION_N}; crosses above: the "
         "run failed; errors of 0 are drawn at 1e-17. Vertical lines: the limits.",
     ),
     Figure(

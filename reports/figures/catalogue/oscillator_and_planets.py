@@ -13,7 +13,12 @@ from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
 from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps as v10
 from benchmarks.claims.vector_spaces.euler_readings import ENERGY, EXPLICIT, IMPLICIT, SYMPLECTIC
-from benchmarks.claims.vector_spaces.implicit_euler_orbit import DAYS, INNER, PRINTED, YEARS
+from benchmarks.claims.vector_spaces.implicit_euler_orbit import (
+    DAYS_PER_YEAR,
+    DURATION_YEARS,
+    INNER,
+    PRINTED_STEP,
+)
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FIXED_TIME,
     FLOOR,
@@ -68,7 +73,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             ),
             "bodies": INNER,
         },
-        caption=f"{YEARS:g} years in steps of {PRINTED:g} years, relative to the Sun, in the "
+        caption=f"{DURATION_YEARS:g} years in steps of {PRINTED_STEP:g} years, relative to the "
+        "Sun, in the "
         "equatorial plane of the ICRF; explicit Euler leaves the frame. "
         "Implicit Euler ends at the crosses, where its solver stops converging.",
         size=(9.6, 3.5),
@@ -86,7 +92,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
                 SYMPLECTIC: "symplectic Euler: stays",
                 IMPLICIT: "implicit Euler: falls, then stops",
             },
-            "unit": DAYS,
+            "unit": DAYS_PER_YEAR,
         },
         caption="Relative change of the energy; logarithmic outside the shaded band. Implicit "
         "Euler ends at the cross, where its solver stops converging.",
@@ -123,7 +129,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     Figure(
         name="fig-2-05",
         source="H fig. 2.5",
-        title=f"Harmonic oscillator: energy error in time, n = {v02.WATCHED}, h = 20",
+        title=f"Harmonic oscillator: energy error in time, n = {v02.HISTORY_N}, h = 20",
         claims=("V2",),
         draw=history,
         options={"quantity": v02.QUANTITY, "ylabel": "relative energy error [1]"},

@@ -24,7 +24,7 @@ POSITION_ERROR = "largest error of the position [unit of length]"
 def _approximations(quantity: str, ylabel: str, rate_loss: float) -> Figure:
     """The figure of a quantity for a motion whose third derivative jumps, a line for each N.
 
-    The claimed rate in h is min(SMOOTHNESS, N + 1) - `minus`.
+    The claimed rate in h is min(SMOOTHNESS, N + 1) - `rate_loss`.
     """
     return Figure(
         name=f"best-approximation-{quantity.replace('_', '-')}",

@@ -308,7 +308,7 @@ def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping
     degree.
 
     Runs without an error are left out. An error below its standard error is drawn as an upper
-    limit, an arrow at the sum of both. Horizontal lines show the sampling errors of GRAINS.
+    limit, an arrow at the sum of both. Horizontal lines show the sampling errors of GRAIN_COUNTS.
 
     Parameters
     ----------

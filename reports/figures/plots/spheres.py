@@ -148,7 +148,7 @@ def _paths(table: pd.DataFrame, study: str, quantity: str) -> dict[str, np.ndarr
 
 
 def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
-    """The points through y / |y| with y . y = 1 and constant sum of y_i^2 / I_i, (SMOOTH, 3).
+    """The points through y / |y| with y . y = 1 and constant sum of y_i^2 / I_i, (CURVE_POINTS, 3).
 
     The curve surrounds a stable axis c. Inserting y_c^2 = 1 - y_a^2 - y_b^2 shows that the other
     two components lie on an ellipse.
@@ -170,7 +170,7 @@ def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
 
 
 def _circle() -> np.ndarray:
-    """Points of the unit circle, (SMOOTH, 2)."""
+    """Points of the unit circle, (CURVE_POINTS, 2)."""
     phi = np.linspace(0.0, 2.0 * np.pi, CURVE_POINTS)
     return np.stack([np.cos(phi), np.sin(phi)], axis=-1)
 

@@ -36,7 +36,7 @@ def power_of_ten(x: float, _: Any = None) -> str:
 
 def set_readable_ticks(axis: Axis) -> None:
     """Put ticks at 1, 2 and 5, or at 1 and 3, of each decade, with their digits, if the axis spans
-    fewer than FEW_DECADES decades and they fit; else at powers of ten."""
+    fewer than MAX_READABLE_DECADES decades and they fit; else at powers of ten."""
     low, high = sorted(axis.get_view_interval())
     span = math.log10(high / low)
     set_decade_ticks(axis)
@@ -50,8 +50,8 @@ def set_readable_ticks(axis: Axis) -> None:
 
 
 def choose_ticks(axes: Axes) -> None:
-    """Set the ticks of logarithmic axes that have the default ones: `readable` on x, `decades` on
-    y."""
+    """Set the ticks of logarithmic axes that have the default ones: `set_readable_ticks` on x,
+    `set_decade_ticks` on y."""
     for axis, ticks in ((axes.xaxis, set_readable_ticks), (axes.yaxis, set_decade_ticks)):
         if axis.get_scale() == "log" and axis.isDefault_majloc:
             ticks(axis)

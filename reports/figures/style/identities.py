@@ -2,7 +2,8 @@
 
 A row of TABLE is a family: all names that begin with its text. Legends have the order of the rows.
 galvi's own methods, with a clock, too, have blues that darken with the degree, the markers of
-OF_DEGREE, and the dashes of their charts. A name that no row matches has a colour of SPARE.
+MARKER_OF_DEGREE, and the dashes of their charts. A name that no row matches has a colour of
+SPARE_COLOURS.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ BAND = "#eef3f7"
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
 DEGREE_PREFIX = "N ="  # beginning of the names of claims' studies of galvi's method of that degree
-MAX_NAMES = 8  # largest number of names with an entry each in a legend, see `grouped`
+MAX_NAMES = 8  # largest number of names with an entry each in a legend, see `legend_groups`
 DASH_OF_VARIANT = {  # text after the last comma of a name -> its dash
     "GLOBAL": DOTTED,
     "looser": DASH_DOT,

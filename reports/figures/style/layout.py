@@ -118,8 +118,8 @@ def legend(axes: Axes, handles: Iterable[Any], labels: Iterable[str]) -> None:
 
 
 def contender_legend(axes: Axes, names: Iterable[str]) -> None:
-    """Add the entries of `grouped` to the legend; an entry for several names shows up to SHOWN of
-    their markers."""
+    """Add the entries of `grouped` to the legend; an entry for several names shows up to
+    MAX_MARKERS of their markers."""
     for label, members in legend_groups(names):
         looks = [identity(name).style for name in reversed(members)]
         styles = list({(look["color"], look["marker"]): look for look in looks}.values())[::-1]
