@@ -315,7 +315,7 @@ TREES = Agreements(WithGalvi(PINOCCHIO_ACCELERATIONS, ARM, 0.5))
 SKY = Agreements(WithGalvi(JPL_EPHEMERIS, PLANETS, 100.0, 50))
 
 WIDE = galvi.problems.kepler(0.6)
-BY_IAS15: Mapping[str, Any] = {"other_problem": as_two_bodies, "compared": relative}
+BY_IAS15: Mapping[str, Any] = {"other_problem": as_two_bodies, "as_first": relative}
 TRUTHS = Agreements(
     TwoTruths(OSCILLATOR, DOP853, SPRING, 8.0, setting=TIGHT),
     TwoTruths(OSCILLATOR, DOP853, SPRING, 2000.0, setting=TIGHT),
