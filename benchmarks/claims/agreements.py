@@ -1,7 +1,7 @@
 """Agreement of galvi with the references, and of the claims' truths with second ones.
 
-An agreement is not a claim of a paper: two codes solve one problem, and the bound is the rounding
-error, or the reference's own error at its setting. The bounds stand in agreements.md.
+An agreement is not a claim of a paper: two codes solve one problem, and the bound on their
+difference, in agreements.md, is the rounding error or the reference's own error at its setting.
 """
 
 from __future__ import annotations
@@ -81,15 +81,15 @@ DEGREE = 12
 
 
 class Pair(Protocol):
-    """Two codes that solve one problem; `quantity` names the row of their difference."""
+    """Two codes that solve one problem."""
 
     @property
     def quantity(self) -> str:
-        """The row's name."""
+        """The name of the row of their difference."""
 
     @property
     def references(self) -> Sequence[Any]:
-        """The references whose engines are needed; the last is compared against."""
+        """The references whose engines are needed; the last one is the row's reference."""
 
     def difference(self, make_method: MakeMethod) -> Number:
         """The largest difference of the configurations."""
@@ -102,9 +102,11 @@ class WithGalvi:
     Attributes
     ----------
     problem_or_maker
-        a problem, or a function that makes it, over `duration` in its unit of time
+        a problem, or a function that makes it
+    duration
+        in the problem's unit of time
     steps
-        number of galvi's steps, by polynomials of degree 12 with 12 Gauss points
+        number of galvi's steps, by polynomials of degree DEGREE with as many Gauss points
     setting
         setting of the reference
     """
@@ -143,14 +145,14 @@ class WithGalvi:
 
 @dataclass(frozen=True, eq=False)
 class TwoTruths:
-    """A truth of the claims and a second one, which `galvi` has no part in.
+    """A truth of the claims and a second one; neither depends on `galvi`.
 
     Attributes
     ----------
     other_problem
-        the second truth's form of the problem
+        problem -> the form of it that the second truth solves
     compared
-        its configurations in the form of the first
+        configurations of the second truth -> the form of the first one's
     """
 
     truth: Contender | WithSettings
@@ -160,7 +162,7 @@ class TwoTruths:
     samples: int = 20
     setting: Mapping[str, Any] = field(default_factory=dict)
     other_problem: Callable[[Problem], Problem] = lambda problem: problem
-    compared: Callable[[Array], Array] = lambda q: q
+    as_first: Callable[[Array], Array] = lambda q: q
 
     @property
     def quantity(self) -> str:
@@ -177,26 +179,26 @@ class TwoTruths:
         first = self.truth.run(self.problem, self.duration, samples)
         problem = self.other_problem(self.problem)
         second = self.second.run(problem, self.duration, {**samples, **self.setting})
-        return largest_difference(first, second, first.q - self.compared(second.q))
+        return largest_difference(first, second, first.q - self.as_first(second.q))
 
 
 def largest_difference(run: Trajectory, reference: Trajectory, difference: Array) -> Number:
-    """The largest component of a difference; why there is none where a run failed."""
-    failed = " ".join(
+    """The largest component of a difference; for a failed run, why there is none."""
+    statuses = " ".join(
         trajectory.status for trajectory in (run, reference) if not trajectory.success
     )
-    if failed:
-        return Number(why=failed)
+    if statuses:
+        return Number(why=statuses)
     return Number(float(np.max(np.abs(difference))), reference=str(reference.method))
 
 
 def slower(problem: Problem) -> Problem:
-    """The problem from 0.9 v0 + 0.05, which no reference's own error explains."""
+    """The problem with the velocity 0.9 v0 + 0.05: a fault that exceeds every reference's error."""
     return replace(problem, v0=0.9 * problem.v0 + 0.05)
 
 
 class Agreements:
-    """Pairs that one section of the document lists."""
+    """The pairs of a section of agreements.md."""
 
     FAULTS: ClassVar = {"a slower start": of_motion(slower)}
 
@@ -204,18 +206,23 @@ class Agreements:
         self.pairs = pairs
 
     def measure(self, make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Number]:
-        """The difference of each pair; an exception affects only its own row."""
+        """The difference of each pair; exceptions and missing engines affect only their own row."""
         return dict(self._measured(make_method, report))
 
     def _measured(self, make_method: MakeMethod, report: Report) -> Iterator[tuple[str, Number]]:
         for pair in self.pairs:
             report(pair.quantity)
-            absent = [reference for reference in pair.references if reference.missing]
-            if absent:
+            missing_references = [reference for reference in pair.references if reference.missing]
+            if missing_references:
                 name = pair.references[-1].name
                 yield (
                     pair.quantity,
-                    Number(math.nan, name, missing_engine(absent[0]), absent[0].missing),
+                    Number(
+                        math.nan,
+                        name,
+                        missing_engine(missing_references[0]),
+                        missing_references[0].missing,
+                    ),
                 )
                 continue
             try:
@@ -239,7 +246,7 @@ SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
 HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
 CHAIN = galvi.problems.double_pendulum()
-SPRUNG = galvi.problems.elastic_pendulum  # made when asked for, by SymPy
+SPRUNG = galvi.problems.elastic_pendulum  # a function, since SymPy takes its time to make it
 THROWN, ARM = galvi.problems.free_body_se3(), galvi.problems.skew_arm()
 
 CLOSED = Agreements(
@@ -308,7 +315,7 @@ TREES = Agreements(WithGalvi(PINOCCHIO_ACCELERATIONS, ARM, 0.5))
 SKY = Agreements(WithGalvi(JPL_EPHEMERIS, PLANETS, 100.0, 50))
 
 WIDE = galvi.problems.kepler(0.6)
-BY_IAS15: Mapping[str, Any] = {"other_problem": as_two_bodies, "compared": relative}
+BY_IAS15: Mapping[str, Any] = {"other_problem": as_two_bodies, "as_first": relative}
 TRUTHS = Agreements(
     TwoTruths(OSCILLATOR, DOP853, SPRING, 8.0, setting=TIGHT),
     TwoTruths(OSCILLATOR, DOP853, SPRING, 2000.0, setting=TIGHT),
@@ -331,5 +338,5 @@ ENGINES: Mapping[str, Contender] = {
 
 
 def engines() -> dict[str, str]:
-    """Optional engines: name -> why it cannot be used here, or ""."""
+    """Name of an optional engine -> why it cannot be used here, or ""."""
     return {name: contender.missing for name, contender in ENGINES.items()}

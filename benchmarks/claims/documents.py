@@ -1,7 +1,7 @@
-"""Claims as documents: what a paper says is a section with a table of checks, a line for each row.
+"""Claims as documents: each claim is a section with a table of checks, which has a line per row.
 
 A document follows a paper: "## 2.3.1 Existence and uniqueness" is a part of it, with a table of
-what is printed there (see `benchmarks.claims.statements`) and with sections of claims:
+the statements there (see `benchmarks.claims.statements`) and with sections of claims:
 
     ### V12: The stage equations have one solution below a step
 
@@ -14,25 +14,25 @@ what is printed there (see `benchmarks.claims.statements`) and with sections of 
     | --- | --- | --- | --- |
     | measured limit / bound, n = {4; 8; 16} | at least 1 | contracts below the bound | C 1e-7 |
 
-Lines "- name: text" are defaults of the columns of the same name (FIELDS), and OPTIONS of the
-claim; a further table may have FIELDS of its own before it, for its lines alone. Other paragraphs
-are notes; a line that is none of these is refused. An empty cell has the
-default, a cell of one quotation mark (") what the cell above it has; a text that begins with "+ "
-is appended to the default. Braces with semicolons repeat a line: lists of the same length go
-together, lists of different lengths are combined, the first outermost. `{name}`, or `{name:.0e}`,
-is a measured number, and its name may hold a list, as in `{law_{50; 500}}`.
+Lines "- name: text" are defaults of the columns of the same name (FIELDS), or OPTIONS of the claim;
+before a further table they are defaults, FIELDS only, of its lines alone. Other paragraphs are
+notes; any other line is refused. An empty cell has the default, and a cell with one quotation mark
+(") has the content of the cell above it; a text that begins with "+ " is appended to the default.
+Braces with semicolons repeat a line: lists of the same length are paired, lists of different
+lengths are combined, the first outermost. `{name}`, or `{name:.0e}`, is replaced by a measured
+number; its name may contain a list, as in `{law_{50; 500}}`.
 
-What measures, a module or "module:object", has one function, or two:
+"measured by" names a module or "module:object" that has one function, or two:
 
 measure(make_method, quick, report) -> {quantity: number, why there is none, or a Number}
 study(make_method, quick, report) -> tidy table, and read(table) -> {quantity: measurement}
 
-Every quantity needs a line of the table, and every line its quantity; numbers that `{name}` speaks
-of need none.
+Every measured quantity needs a line of the table, and every line a measured quantity; numbers that
+occur as `{name}` need no line.
 
 bound   see `bound_of`
 caught  planted faults, separated by semicolons, that must contradict this line: arrays of the
-        method's table and by how much they are wrong, "C 1e-7", or names in the module's FAULTS
+        method's table with their relative error, "C 1e-7", or names in the module's FAULTS
 """
 
 from __future__ import annotations
@@ -58,18 +58,18 @@ from benchmarks.statistics.estimate import Measurement
 from benchmarks.store.frames import frame, row
 
 FOLDER = Path(__file__).parent
-NAMES = ("hall_1", "hall_2", "hall_3", "hall_4", "miglio", "own", "agreements")
+DOCUMENT_NAMES = ("hall_1", "hall_2", "hall_3", "hall_4", "miglio", "own", "agreements")
 FIELDS = ("source", "setup", "claimed", "expected", "reason", "reference")
 OPTIONS = ("measured by", "figures", "alone")
 COLUMNS = ("quantity", "bound", *FIELDS, "caught")
-PART = re.compile(r"^## (.+)$", re.MULTILINE)
-SECTION = re.compile(r"^### ([VLA]\d+): (.+)$", re.MULTILINE)
-DEFAULT = re.compile(rf"^- ({'|'.join((*FIELDS, *OPTIONS))}): ((?:.|\n(?=  ))+)", re.MULTILINE)
-NO_PROSE = re.compile(r"^[-*+#| \t].*\S.*$", re.MULTILINE)
-LIST = re.compile(r"\{([^{}]*;[^{}]*)\}")
-NUMBER = re.compile(r"\{([a-z]\w*)(?::([^{};]+))?\}")
-ARRAYS = re.compile(r"(?:\w+ [-+\d.e]+ ?)+")
-LIMITS = {
+PART_HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
+SECTION_HEADING = re.compile(r"^### ([VLA]\d+): (.+)$", re.MULTILINE)
+DEFAULT_LINE = re.compile(rf"^- ({'|'.join((*FIELDS, *OPTIONS))}): ((?:.|\n(?=  ))+)", re.MULTILINE)
+NOT_PROSE = re.compile(r"^[-*+#| \t].*\S.*$", re.MULTILINE)
+LIST_PATTERN = re.compile(r"\{([^{}]*;[^{}]*)\}")
+NUMBER_PATTERN = re.compile(r"\{([a-z]\w*)(?::([^{};]+))?\}")
+ARRAYS_PATTERN = re.compile(r"(?:\w+ [-+\d.e]+ ?)+")
+LIMIT_BOUNDS = {
     "at most": bounds.AtMost,
     "at least": bounds.AtLeast,
     "above": bounds.Above,
@@ -78,24 +78,25 @@ LIMITS = {
     "each n at most": series_bounds.FactorPerN,
     "no growth at most": series_bounds.NoGrowth,
 }
-NEAR = {"": bounds.Near, "order ": bounds.Order, "base ": bounds.Base}
-WITHOUT_NUMBERS = {"converges": bounds.Converges, "geometric": series_bounds.Geometric}
+VALUE_BOUNDS = {"": bounds.Near, "order ": bounds.Order, "base ": bounds.Base}
+PLAIN_BOUNDS = {"converges": bounds.Converges, "geometric": series_bounds.Geometric}
 NAN = float("nan")
 
 
 @dataclass(frozen=True)
 class Number:
-    """A measured number and what goes with it.
+    """A measured number.
 
     Attributes
     ----------
+    value
+        NaN without a number
     reference
-        what it was compared with, in place of the document's words
+        the reference that it was compared with, which replaces the document's text
     absent
-        the package for want of which there is none, as `why` says: its row is then expected not to
-        run
+        the missing package without which it cannot be measured; "not run" is then expected
     why
-        there is no number
+        the reason for a missing number
     """
 
     value: float = NAN
@@ -104,7 +105,7 @@ class Number:
     why: str = ""
 
     def texts(self) -> dict[str, str]:
-        """Texts of its row in place of the document's."""
+        """Texts by column of its row, which replace those of the document."""
         texts = {"reference": self.reference} if self.reference else {}
         if self.absent:
             texts |= {"expected": NOT_RUN, "reason": self.why, "absent": self.absent}
@@ -120,11 +121,11 @@ class Section:
     statement
         the text before the defaults
     notes
-        the paragraphs after them
+        the paragraphs after the defaults
     defaults
         texts of FIELDS and OPTIONS
     lines
-        texts by column, for each row
+        for each row, its texts by column
     """
 
     id: str
@@ -136,23 +137,23 @@ class Section:
 
     @property
     def numbers_in_texts(self) -> set[str]:
-        """Names in braces: measured numbers that need no row."""
+        """The names in braces, of measured numbers that need no row."""
         texts = [text for line in self.lines for text in line.values()]
-        return {match[1] for text in texts for match in NUMBER.finditer(text)}
+        return {match[1] for text in texts for match in NUMBER_PATTERN.finditer(text)}
 
 
 @dataclass(frozen=True)
 class Part:
-    """What stands under a heading of a paper.
+    """The part of a document under one heading of a paper.
 
     Attributes
     ----------
     text
-        before the tables and sections
+        the text before the tables and sections
     statements
-        texts by column of the table of printed statements
+        for each printed statement, its texts by column
     sections
-        of its claims
+        the sections of claims
     """
 
     title: str
@@ -163,7 +164,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Document:
-    """A document; `title` is its first heading, `text` what stands below that."""
+    """A document: its first heading, the text below that, and its parts."""
 
     title: str
     text: str
@@ -171,20 +172,20 @@ class Document:
 
 
 def all_documents() -> tuple[Document, ...]:
-    """All documents: those of the papers in their order, galvi's own, agreements."""
-    return tuple(read_document(FOLDER / f"{name}.md") for name in NAMES)
+    """All documents, in the order of DOCUMENT_NAMES."""
+    return tuple(read_document(FOLDER / f"{name}.md") for name in DOCUMENT_NAMES)
 
 
 @cache
 def read_document(path: Path) -> Document:
-    """The document in a file."""
-    head, *parts = PART.split(path.read_text(encoding="utf-8"))
+    """Read the document in a file. Raises ValueError for a line that is not allowed there."""
+    head, *parts = PART_HEADING.split(path.read_text(encoding="utf-8"))
     title, _, text = head.removeprefix("# ").partition("\n")
     return Document(title, _prose(path.name, text), tuple(starmap(_part, _pairs(parts))))
 
 
 def _part(title: str, text: str) -> Part:
-    before, *headed = SECTION.split(text)
+    before, *headed = SECTION_HEADING.split(text)
     prose, *tables = _tables(before)
     _prose(title, "".join(tables[1::2]))
     sections = zip(headed[::3], headed[1::3], headed[2::3], strict=True)
@@ -193,8 +194,8 @@ def _part(title: str, text: str) -> Part:
 
 
 def _prose(location: str, text: str) -> str:
-    """The text on one line. ValueError for a line that is no prose."""
-    if line := NO_PROSE.search(text):
+    """The text on one line. Raises ValueError for a line that is not prose."""
+    if line := NOT_PROSE.search(text):
         raise ValueError(
             f"{location}: a line is prose, a heading '### V1: title', a default '- name: text', of "
             f"which a name is of {(*FIELDS, *OPTIONS)}, or of a table; received {line[0]!r}."
@@ -215,24 +216,27 @@ def _section(id: str, title: str, text: str) -> Section:
     before, *tables = _tables(text)
     statement = re.split(r"^- ", before, maxsplit=1, flags=re.MULTILINE)[0]
     defaults = _defaults(id, before)
-    nearer: Mapping[str, str] = {}
+    table_defaults: Mapping[str, str] = {}
     lines: list[dict[str, str]] = []
     for table, after in _pairs(tables):
         for cells in table_in(id, table):
-            lines += _repeated(_joined(_joined(defaults, nearer), cells))
-        nearer = _defaults(id, after)
-        if unused := nearer.keys() - {*FIELDS} or (nearer.keys() if after is tables[-1] else ()):
+            lines += _expand_lists(_override(_override(defaults, table_defaults), cells))
+        table_defaults = _defaults(id, after)
+        if unused := table_defaults.keys() - {*FIELDS} or (
+            table_defaults.keys() if after is tables[-1] else ()
+        ):
             raise ValueError(f"{id}: no table after it has the default {sorted(unused)}.")
     _require_complete(id, defaults, lines)
-    beside = [before.removeprefix(statement), *tables[1::2]]
-    notes = " ".join(" ".join(DEFAULT.sub("", text).split()) for text in beside).strip()
+    paragraphs = [before.removeprefix(statement), *tables[1::2]]
+    notes = " ".join(" ".join(DEFAULT_LINE.sub("", text).split()) for text in paragraphs).strip()
     return Section(id, title, " ".join(statement.split()), notes, defaults, tuple(lines))
 
 
 def _require_complete(
     id: str, defaults: Mapping[str, str], lines: Sequence[Mapping[str, str]]
 ) -> None:
-    """ValueError for a section without something that it needs, or with what no row has."""
+    """Raise ValueError for a section without "measured by", for an unknown column, for a line
+    without a quantity or with an invalid verdict or bound, and for a repeated quantity."""
     if "measured by" not in defaults:
         raise ValueError(f"{id}: '- measured by: module' is missing.")
     for line in lines:
@@ -243,7 +247,7 @@ def _require_complete(
         if line.get("expected", NOT_RUN) not in VERDICTS:
             raise ValueError(f"{id}: expected is of {VERDICTS}; received {line['expected']!r}.")
         try:
-            bound_of(_filled(line["bound"], {}, "r"))
+            bound_of(_with_numbers(line["bound"], {}, "r"))
         except ValueError as error:
             raise ValueError(f"{id}, {line['quantity']}: {error}") from None
     quantities = Counter(line["quantity"] for line in lines)
@@ -254,10 +258,11 @@ def _require_complete(
         )
 
 
-def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, str]:
-    """Texts by column, where nearer ones replace others or, after a plus, are appended to them."""
+def _override(texts: Mapping[str, str], overrides: Mapping[str, str]) -> dict[str, str]:
+    """Texts by column, without OPTIONS; a text in `overrides` replaces that in `texts` or, after a
+    plus, is appended to it."""
     joined = {name: text for name, text in texts.items() if name not in OPTIONS}
-    for name, text in nearer.items():
+    for name, text in overrides.items():
         if text.startswith("+ "):
             joined[name] = "; ".join(filter(None, (joined.get(name, ""), text[2:])))
         elif text:
@@ -266,8 +271,8 @@ def _joined(texts: Mapping[str, str], nearer: Mapping[str, str]) -> dict[str, st
 
 
 def _defaults(id: str, text: str) -> dict[str, str]:
-    _prose(id, DEFAULT.sub("", text))
-    defaults = [(match[1], " ".join(match[2].split())) for match in DEFAULT.finditer(text)]
+    _prose(id, DEFAULT_LINE.sub("", text))
+    defaults = [(match[1], " ".join(match[2].split())) for match in DEFAULT_LINE.finditer(text)]
     if len(defaults) > len(dict(defaults)):
         names = [name for name, _ in defaults]
         raise ValueError(f"{id}: a default is said once; received {names}.")
@@ -275,14 +280,14 @@ def _defaults(id: str, text: str) -> dict[str, str]:
 
 
 def table_in(location: str, text: str) -> Iterator[dict[str, str]]:
-    """The lines of a Markdown table by column; a quotation mark is the cell above. ValueError,
-    naming the location, for another text."""
+    """The lines of a Markdown table, each as texts by column, where a quotation mark is replaced by
+    the cell above. Raises ValueError, with the location, for a malformed table."""
     head, *below = [
         [cell.strip().replace(r"\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         for line in text.splitlines()
     ]
-    ruled = below and all(re.fullmatch(":?-+:?", cell) for cell in below[0])
-    if not ruled or len({*head}) < len(head):
+    has_rule = below and all(re.fullmatch(":?-+:?", cell) for cell in below[0])
+    if not has_rule or len({*head}) < len(head):
         raise ValueError(
             f"{location}: a table has a head of different names and below it '| --- |' for each; "
             f"received {text.splitlines()[:2]}."
@@ -301,9 +306,11 @@ def table_in(location: str, text: str) -> Iterator[dict[str, str]]:
         yield dict(above)
 
 
-def _repeated(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
-    """A line for each combination of the lists in its cells."""
-    lists = [match[1].split(";") for cell in cells.values() for match in LIST.finditer(cell)]
+def _expand_lists(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """A line for each combination of the entries of the lists in its cells."""
+    lists = [
+        match[1].split(";") for cell in cells.values() for match in LIST_PATTERN.finditer(cell)
+    ]
     lengths = list(dict.fromkeys(map(len, lists)))
     for choice in product(*map(range, lengths)):
         index = dict(zip(lengths, choice, strict=True))
@@ -312,11 +319,11 @@ def _repeated(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
             items = match[1].split(";")
             return items[index[len(items)]].strip()
 
-        yield {name: LIST.sub(chosen, cell) for name, cell in cells.items()}
+        yield {name: LIST_PATTERN.sub(chosen, cell) for name, cell in cells.items()}
 
 
 def bound_of(text: str) -> Bound:
-    """The bound that a cell says:
+    """The bound that a cell describes:
 
         at most 1 | at least 1 | above 0 | below 1 | exactly 3 | 0.5 to 2 | 1 within 0.1
         order 4 | order 4 within 0.1 | base 0.56 within 0.01 | converges | geometric
@@ -325,14 +332,16 @@ def bound_of(text: str) -> Bound:
     with terms after semicolons:
 
         rounding 1e-12   tolerance for rounding
-        errors           two standard errors are tolerated; `errors 0.1`, of the bound itself, too
-        errors up to 1   at most that much of them
-        either side      a better order or base contradicts, too
-        even if short    a run that is too short to tell growth has a verdict all the same
+        errors           two standard errors are tolerated; with `errors 0.1` also those of the
+                         bound itself, 0.1
+        errors up to 1   at most that much is tolerated
+        either side      a better order or base is a contradiction, too
+        even if short    a run that is too short to show growth has a verdict nevertheless
         in words: about  a text before the number
 
     `A or B` is A, which the source measured, or else B, our own value; `finding` alone, or
-    `finding: A`, is what the source does not say. ValueError for anything else.
+    `finding: A`, is for a quantity on which the source says nothing. Raises ValueError for any
+    other text.
     """
     if match := re.fullmatch(r"finding(?:: (.+))?", text):
         return bounds.Finding(bound_of(match[1]) if match[1] else None)
@@ -340,22 +349,24 @@ def bound_of(text: str) -> Bound:
         return bounds.Reported(*map(bound_of, text.split(" or ", maxsplit=1)))
     head, *terms = text.split("; ")
     try:
-        return _head(head)(**{key: value for term in terms for key, value in _term(term).items()})
+        return _bound_without_terms(head)(
+            **{key: value for term in terms for key, value in _term(term).items()}
+        )
     except (TypeError, ValueError, ZeroDivisionError):  # also: a term that is not of this bound
         raise ValueError(
             f"a bound, and each of its terms, is one of those of bound_of; received {text!r}."
         ) from None
 
 
-def _head(text: str) -> Callable[..., Bound]:
-    """The bound without its terms."""
-    if text in WITHOUT_NUMBERS:
-        return WITHOUT_NUMBERS[text]
-    if match := re.fullmatch(rf"({'|'.join(LIMITS)}) (\S+)", text):
-        return partial(LIMITS[match[1]], _number(match[2]))
+def _bound_without_terms(text: str) -> Callable[..., Bound]:
+    """The constructor of the bound that a text without terms describes. Raises ValueError."""
+    if text in PLAIN_BOUNDS:
+        return PLAIN_BOUNDS[text]
+    if match := re.fullmatch(rf"({'|'.join(LIMIT_BOUNDS)}) (\S+)", text):
+        return partial(LIMIT_BOUNDS[match[1]], _number(match[2]))
     if match := re.fullmatch(r"(order |base |)(\S+)(?: within (\S+))?", text):
         resolution = [_number(match[3])] if match[3] else []
-        return partial(NEAR[match[1]], _number(match[2]), *resolution)
+        return partial(VALUE_BOUNDS[match[1]], _number(match[2]), *resolution)
     if match := re.fullmatch(r"(\S+) to (\S+)", text):
         return partial(bounds.Within, _number(match[1]), _number(match[2]))
     raise ValueError(text)
@@ -381,19 +392,19 @@ def _term(text: str) -> dict[str, Any]:
 
 
 def _number(text: str) -> float:
-    """The number of a text: '0.5', '1e-3', '1/3' or 'nan'."""
+    """The number of a text such as '0.5', '1e-3', '1/3' or 'nan'."""
     return NAN if text == "nan" else float(Fraction(text))
 
 
 def claim_of(section: Section) -> Claim:
-    """The claim of a section and of the module that measures it."""
-    module = measuring(section)
-    listed = hasattr(module, "measure")
+    """The claim of a section, with the functions of the module that measures it."""
+    module = measuring_object(section)
+    has_measure = hasattr(module, "measure")
     return Claim(
         section.id,
         section.title,
-        partial(_measured, module, section.id) if listed else module.study,
-        partial(_judged, section, numbers_of if listed else module.read),
+        partial(_table_of_numbers, module, section.id) if has_measure else module.study,
+        partial(_rows_of_table, section, numbers_of if has_measure else module.read),
         figures=tuple(filter(None, section.defaults.get("figures", "").split("; "))),
         timed="alone" in section.defaults,
         statement=section.statement,
@@ -402,28 +413,32 @@ def claim_of(section: Section) -> Claim:
     )
 
 
-def measuring(section: Section) -> Any:
-    """The module, or the object in one, that "measured by" names. ValueError for another name."""
+def measuring_object(section: Section) -> Any:
+    """The module, or the object in a module, that "measured by" names.
+
+    Raises ValueError for a name without functions that measure."""
     name, _, attribute = section.defaults["measured by"].partition(":")
-    full, module = f"{__package__}.{name}", None
+    module_name, module = f"{__package__}.{name}", None
     try:
-        module = import_module(full)
+        module = import_module(module_name)
     except ModuleNotFoundError as error:
-        if not full.startswith(error.name or full):  # of what it imports
+        if not module_name.startswith(
+            error.name or module_name
+        ):  # the module exists, but an import in it failed
             raise
-    measures = getattr(module, attribute, None) if attribute else module
-    if not (hasattr(measures, "measure") or hasattr(measures, "study")):
+    measuring = getattr(module, attribute, None) if attribute else module
+    if not (hasattr(measuring, "measure") or hasattr(measuring, "study")):
         raise ValueError(
             f"{section.id}: 'measured by' names a module in {__package__}, or module:object, with "
             f"measure, or study and read; received {section.defaults['measured by']!r}."
         )
-    return measures
+    return measuring
 
 
-def _measured(
+def _table_of_numbers(
     module: Any, id: str, make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """The tidy table of a module's numbers."""
+    """The tidy table of the numbers that a module's `measure` returns."""
     rows = []
     for quantity, number in module.measure(make_method, quick, report).items():
         if isinstance(number, str):
@@ -460,55 +475,62 @@ def numbers_of(table: pd.DataFrame) -> dict[str, Number]:
     }
 
 
-def _judged(
+def _rows_of_table(
     section: Section,
     read: Callable[[pd.DataFrame], Mapping[str, Measurement | Number]],
     table: pd.DataFrame,
 ) -> list[Row]:
-    """The rows of a section; without a table, of numbers that were not measured."""
+    """The rows of a section; for an empty table, those of numbers that were not measured.
+
+    Raises ValueError for a measured number without a line, and for a line without its number.
+    """
     quantities = [line["quantity"] for line in section.lines]
     numbers = dict.fromkeys(quantities, NAN) if table.empty else read(table)
-    spoken_of = section.numbers_in_texts
-    without_row = numbers.keys() - {*quantities} - spoken_of
-    needed = [*quantities, *(() if table.empty else sorted(spoken_of))]
-    if (lost := [name for name in needed if name not in numbers]) or without_row:
+    names_in_texts = section.numbers_in_texts
+    without_line = numbers.keys() - {*quantities} - names_in_texts
+    needed = [*quantities, *(() if table.empty else sorted(names_in_texts))]
+    if (without_number := [name for name in needed if name not in numbers]) or without_line:
         raise ValueError(
             f"{section.id}: every number that is measured needs a line of the table, and every "
-            f"line, and each name in braces, its number; without a line: {sorted(without_row)}; "
-            f"without a number: {lost}."
+            f"line, and each name in braces, its number; without a line: {sorted(without_line)}; "
+            f"without a number: {without_number}."
         )
     return [_row(section, line, numbers) for line in section.lines]
 
 
 def _row(section: Section, line: Mapping[str, str], numbers: Mapping[str, Any]) -> Row:
     measured = numbers[line["quantity"]]
-    texts = {name: _filled(line[name], numbers, "g") for name in FIELDS if name in line}
+    texts = {name: _with_numbers(line[name], numbers, "g") for name in FIELDS if name in line}
     if isinstance(measured, Number):
         texts |= measured.texts()
         measured = measured.value
-    bound = bound_of(_filled(line["bound"], numbers, "r"))
+    bound = bound_of(_with_numbers(line["bound"], numbers, "r"))
     return checked_row(section.id, line["quantity"], bound, measured, **texts)
 
 
-def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:
-    """The text with numbers in place of their names."""
+def _with_numbers(text: str, numbers: Mapping[str, Any], plain: str) -> str:
+    """The text with numbers in place of names in braces; `plain` is the default format, where "r"
+    stands for `repr` in any case."""
 
     def number(match: re.Match[str]) -> str:
         measured = numbers.get(match[1], NAN)
         value = measured.value if isinstance(measured, Number) else float(measured)
         return repr(value) if plain == "r" else format(value, match[2] or plain)
 
-    return NUMBER.sub(number, text)
+    return NUMBER_PATTERN.sub(number, text)
 
 
 def _faults(section: Section, module: Any) -> Iterator[Fault]:
-    """The planted faults of a section, each with the quantities of the lines that name it."""
+    """The planted faults of a section, each with the quantities of the lines that name it.
+
+    Raises ValueError for an unknown fault.
+    """
     quantities_of: dict[str, set[str]] = {}
     for line in section.lines:
         for name in filter(None, line.get("caught", "").split("; ")):
             quantities_of.setdefault(name, set()).add(line["quantity"])
     for name, quantities in quantities_of.items():
-        if ARRAYS.fullmatch(name):
+        if ARRAYS_PATTERN.fullmatch(name):
             fields = name.split()
             scale = {array: 1.0 + float(by) for array, by in zip(*[iter(fields)] * 2, strict=True)}
             yield Fault(faulty(**scale), name=name, contradicted=quantities)

@@ -1,4 +1,4 @@
-"""The names of the suite that claims share: tables, fits, refinements, planted faults."""
+"""Names of the suite that many claims use: tables, fits, refinements and planted faults."""
 
 from pandas import DataFrame
 

@@ -1,19 +1,19 @@
-"""Every printed statement of both papers, and what became of it.
+"""The printed statements of both papers, with their status.
 
 Under each heading of a paper a document has a table with a line for each theorem, lemma, figure,
-table and quantitative or checkable sentence: where it is printed, what kind it is of, what it says
-in our words, its status and effect, the claims that check it, perhaps by which of their rows ("V11
-at H fig. 1.1: energy"), and why. The status follows from the verdicts of its claims' rows that
-speak of it, by their `source`:
+table and quantitative or checkable sentence: where it is printed, its kind, its content in our
+words, its status and effect, the claims that check it, with or without the rows ("V11 at H fig.
+1.1: energy"), and a reason. The status must agree with the verdicts of the claims' rows that check
+it, which are found by their `source`:
 
 reproduced            at least one is attained, holds or exceeds
 not reproduced        at least one is not reproduced
-false as printed      at least one is contradicted; or the line derives what follows instead, with
-                      its effect: see EFFECTS
+false as printed      at least one is contradicted; or no claim checks it, and the line derives the
+                      correct statement; it has an effect, see EFFECTS
 cannot be checked     the line says why; rows are findings at most
 future work done      of the papers' outlooks; rows are findings at most
-future work not done  likewise, the line says what there is
-not checked           it could be; the line says by what
+future work not done  likewise; the line says what exists
+not checked           it could be checked; the line says how
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from benchmarks.store.frames import frame
 
 PAPERS = ("H", "M")
 REPRODUCED, FALSE, UNCHECKABLE = "reproduced", "false as printed", "cannot be checked"
-STATUSES = {  # status: the verdicts of which one is needed
+STATUSES = {  # status -> the verdicts, at least one of which it requires
     REPRODUCED: {ATTAINED, HOLDS, EXCEEDS},
     NOT_REPRODUCED: {NOT_REPRODUCED},
     FALSE: {CONTRADICTED},
@@ -55,22 +55,22 @@ class Statement:
     Attributes
     ----------
     where
-        as in the `source` of rows, e.g. "H thm. 2.3.1"
+        its place, as in the `source` of rows, e.g. "H thm. 2.3.1"
     kind
         theorem, lemma, figure, formula, sentence, ...
     statement
-        what it says, in our words
+        its content in our words
     status
-        one of STATUSES
+        a key of STATUSES
     effect
-        of one that is false as printed, one of EFFECTS; else ""
+        a key of EFFECTS if it is false as printed, else ""
     claims
         ids of the claims that check it
     rows
-        of these, which rows: places in their `source`, each perhaps with words of the quantity,
-        "place: words", separated by "; "; "" for the place `where`
+        the rows of these claims: places in their `source`, separated by "; ", each with or without
+        a text in the quantity, "place: text"; "" for the place `where`
     why
-        of what is not reproduced: what follows instead, or what is missing; else a remark
+        if it is not reproduced, the correct statement or what is missing; else a remark
     """
 
     where: str
@@ -82,7 +82,7 @@ class Statement:
     rows: str
     why: str
 
-    def speaks_of(self, row: Row) -> bool:
+    def is_checked_by(self, row: Row) -> bool:
         """Whether a row checks this statement."""
         if row.id not in self.claims:
             return False
@@ -92,8 +92,10 @@ class Statement:
 
 
 def places(source: str) -> list[str]:
-    """The places of a row's source: "H thm. 2.1.1, 3.1.1" are H thm. 2.1.1 and H thm. 3.1.1; a
-    section beside a theorem, figure or formula only says where that is."""
+    """The places in a row's source: "H thm. 2.1.1, 3.1.1" gives H thm. 2.1.1 and H thm. 3.1.1.
+
+    Sections are left out if there is a theorem, figure or formula, which they only locate.
+    """
     by_kind, paper, kind = [], "", ""
     for part in source.split(", "):
         names = part.split(" ")
@@ -109,12 +111,12 @@ def places(source: str) -> list[str]:
 
 
 def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
-    """The ids of the claims that check what is printed at each place, such as "H fig. 3.5": by the
-    statements there, their rows' sources and their figures."""
-    ids, by_place = {claim.id for claim in claims}, defaultdict(set)
+    """Place, such as "H fig. 3.5" -> ids of the claims that check its contents, by the statements
+    there, by the sources of the claims' rows, and by their figures."""
+    claim_ids, by_place = {claim.id for claim in claims}, defaultdict(set)
     for statement in statements():
         for where in (statement.where, *places(statement.where)):
-            by_place[where] |= ids & {*statement.claims}
+            by_place[where] |= claim_ids & {*statement.claims}
     for claim in claims:
         sources = (*claim.figures, *(row.source for row in claim.judge(frame([]))))
         for where in chain(*map(places, sources)):
@@ -133,7 +135,7 @@ def why_unchecked(where: str) -> str:
 
 @cache
 def statements() -> tuple[Statement, ...]:
-    """All of them, in the order of the documents."""
+    """All statements, in the order of the documents."""
     return tuple(
         statement
         for document in all_documents()
@@ -143,7 +145,7 @@ def statements() -> tuple[Statement, ...]:
 
 
 def statements_of(part: Part) -> Iterator[Statement]:
-    """The statements under one heading of a paper."""
+    """The statements under one heading of a paper. Raises ValueError for an invalid status."""
     for cells in part.statements:
         status, _, effect = cells["status"].partition(", ")
         claims, _, rows = cells["checks"].partition(" at ")
@@ -157,11 +159,14 @@ def statements_of(part: Part) -> Iterator[Statement]:
 
 
 def unfounded(printed: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
-    """A sentence for each status that the statement's own rows do not support, for rows that a
-    statement names and are not there, for each row that is not reproduced or contradicted and no
-    statement that says so, and for praise of a number that the source measured."""
+    """Objections to the statements: a sentence for each status that the statement's rows do not
+    support, for each named row that does not exist, for each row that is not reproduced or
+    contradicted without a statement of that status, and for each statement that is not reproduced
+    though one of its rows exceeds the bound."""
     rows = list(rows)
-    checks = {statement: [row for row in rows if statement.speaks_of(row)] for statement in printed}
+    checks = {
+        statement: [row for row in rows if statement.is_checked_by(row)] for statement in printed
+    }
     objections = [text for pair in checks.items() for text in _objections(*pair)]
     for status in (NOT_REPRODUCED, FALSE):
         stated = {
@@ -179,14 +184,14 @@ def unfounded(printed: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
 
 
 def _objections(statement: Statement, rows: list[Row]) -> Iterator[str]:
-    """Sentences on what the rows of a statement do not support."""
+    """Sentences on the status and the named rows of a statement that `rows` do not support."""
     name = f"{statement.where} ({statement.statement})"
     for named in statement.rows.split("; ") if statement.rows else ():
-        if not any(replace(statement, rows=named).speaks_of(row) for row in rows):
+        if not any(replace(statement, rows=named).is_checked_by(row) for row in rows):
             yield f"{name} names rows that are not there: {named}."
     needed, verdicts = STATUSES[statement.status], {row.verdict for row in rows}
-    derived = statement.status == FALSE and not statement.claims
-    if needed and not derived and not needed & verdicts:
+    is_derived = statement.status == FALSE and not statement.claims
+    if needed and not is_derived and not needed & verdicts:
         yield f"{name} is called {statement.status}; no row says so."
     if statement.status == REPRODUCED and STATUSES[NOT_REPRODUCED] & verdicts:
         yield f"{name} is called reproduced; a row says not."
@@ -194,8 +199,8 @@ def _objections(statement: Statement, rows: list[Row]) -> Iterator[str]:
         yield f"{statement.where} exceeds what was measured: only proved bounds are exceeded."
 
 
-def counted(printed: Sequence[Statement]) -> str:
-    """How many statements became what, in a sentence."""
+def status_counts(printed: Sequence[Statement]) -> str:
+    """A sentence with the number of statements of each status."""
     counts = Counter(statement.status for statement in printed)
     harmless = sum(statement.effect == "harmless" for statement in printed)
     parts = [
@@ -208,7 +213,7 @@ def counted(printed: Sequence[Statement]) -> str:
 
 
 def _with_verb(status: str, count: int) -> str:
-    """The status with its verb."""
+    """The status with "is" or "are", unless it has a verb."""
     if status == UNCHECKABLE:
         return status
     return f"{'is' if count == 1 else 'are'} {status}"

@@ -11,7 +11,7 @@ from benchmarks.store.atomic import write
 from reports.build.compare import compare
 from reports.build.first_look import CLAIMS as ALL_CLAIMS
 from reports.build.first_look import COMPARISONS, STUDIES, first_look, remembering
-from reports.build.kept import CLAIMS, kept_claims, kept_comparison, kept_sections, locked
+from reports.build.kept import CLAIMS_FILE, kept_claims, kept_comparison, kept_sections, locked
 from reports.build.sections import study
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers
@@ -33,7 +33,7 @@ from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
 PAGE = "index.html"
-Draw = Callable[..., Iterable[Any]]  # map, or one that does the same in several processes
+MapFigures = Callable[..., Iterable[Any]]  # map, or its equivalent in several processes
 
 
 def build(
@@ -52,7 +52,7 @@ def build(
     with locked(options.out), SiteBuilder() as site:
         cache = open_cache(suite, options)
         if cache.resumed:
-            print(cache.greeting(), flush=True)
+            print(cache.resumption(), flush=True)
 
         def provenance(command: str) -> dict[str, str]:
             return {**suite.provenance(command), **cache.provenance()}
@@ -75,8 +75,8 @@ def build(
 def build_kept(
     suite: Suite, options: Options, single: bool = False, tutorials: bool = False
 ) -> list[str]:
-    """As `publish`; raises ValueError when the folder has no rows, but for the tutorials."""
-    rows = [options.out / name for name in (CLAIMS, TIMES)]
+    """As `publish`; raises ValueError if the folder has no rows, unless `tutorials` is true."""
+    rows = [options.out / name for name in (CLAIMS_FILE, TIMES)]
     if not (tutorials or any(file.is_file() for file in rows)):
         raise ValueError(f"{options.out} holds no rows yet; run build, verify or compare first.")
     return publish(suite, options, single, tutorials)
@@ -85,24 +85,24 @@ def build_kept(
 def publish(
     suite: Suite, options: Options, single: bool = False, tutorials: bool = False
 ) -> list[str]:
-    """Figures and site from the rows that earlier commands wrote; nothing is measured.
+    """Write figures and site from the rows of earlier commands, without measuring anything.
 
-    Verdicts are those of the earlier runs. Returns the warnings of Sphinx.
+    The verdicts are those of the earlier runs. Returns the warnings of Sphinx.
 
     Parameters
     ----------
     tutorials
-        run their code for the pages
+        whether to run the code of the tutorials for their pages
     """
     with locked(options.out), SiteBuilder(tutorials) as site:
         return write_pages(kept_report(suite, options), site, single)
 
 
 def kept_report(suite: Suite, options: Options) -> Report:
-    """What the rows in the folder of the report show; without pictures."""
+    """The report of the stored rows in the output folder, without pictures."""
     out = options.out
     origins = read_origins(out)
-    origin = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
+    origin = next((origins[name] for name in (CLAIMS_FILE, TIMES) if name in origins), {})
     return Report(
         suite,
         replace(options, quick=origins.get(TIMES, origin).get("setting") == "quick"),
@@ -123,26 +123,28 @@ def _build(
         checked: Sequence[ClaimResult],
         comparison: Comparison,
         sections: Sequence[SectionResult] = (),
-        left: Sequence[str] = (),
+        pending: Sequence[str] = (),
     ) -> None:
-        """Write the pages; none where a quick build is unfinished."""
-        if not (left and options.quick):
+        """Write the pages; an unfinished quick build writes none."""
+        if not (pending and options.quick):
             provenance = suite.provenance(options.command)
-            report = Report(suite, options, checked, comparison, sections, provenance, left=left)
-            write_pages(report, site, single and not left, draw_once)
+            report = Report(
+                suite, options, checked, comparison, sections, provenance, pending=pending
+            )
+            write_pages(report, site, single and not pending, draw_once)
 
     studies = section_studies(runnable(suite.sections), options.quick)
     headlines = Comparison(None, None)
-    part = 0 < len(options.claims) < len(suite.claims)
-    if not (options.quick or part or options.contenders or cache.resumed):
+    selects_some = 0 < len(options.claims) < len(suite.claims)
+    if not (options.quick or selects_some or options.contenders or cache.resumed):
         checked, headlines = first_look(suite)
-        pages(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
+        pages(checked, headlines, pending=(ALL_CLAIMS, COMPARISONS, STUDIES))
     verified = verify(suite, options, cache, studies)
-    pages(verified.checked, headlines, left=(COMPARISONS, STUDIES))
+    pages(verified.checked, headlines, pending=(COMPARISONS, STUDIES))
     comparison = compare(suite, options, cache)
-    pages(verified.checked, comparison, left=(STUDIES,))
+    pages(verified.checked, comparison, pending=(STUDIES,))
     sections = study(suite, options, suite.sections, cache)
-    cache.look()
+    cache.check_sources()
     note_origin(options.out, PAGE, suite.provenance(options.command), options.quick)
     pages(verified.checked, comparison, sections)
     if cache.edited:
@@ -151,20 +153,23 @@ def _build(
 
 
 def write_pages(
-    report: Report, site: SiteBuilder, single: bool = False, map_figures: Draw = map_in_workers
+    report: Report,
+    site: SiteBuilder,
+    single: bool = False,
+    map_figures: MapFigures = map_in_workers,
 ) -> list[str]:
     """Draw the figures and write the site; returns the warnings of Sphinx."""
-    out, left = report.out, report.left
+    out, pending = report.out, report.pending
     gallery = draw(report.checked, report.comparison, report.sections, map_figures)
     save(gallery, out / "figures")
     report = replace(report, gallery=gallery, history=history(out))
     write(out / "cite.bib", bibliography())
-    if report.checked and not left:
+    if report.checked and not pending:
         write(out / "tables" / "numbers.tex", numbers(out))
     warnings = site(report)
     for sentence in warnings:
         print(f"Warning: {sentence}", file=sys.stderr)
-    to_come = f"Still to come: {', '.join(left)}. " if left else ""
+    to_come = f"Still to come: {', '.join(pending)}. " if pending else ""
     print(f"{to_come}The page is {out / PAGE}.")
     if single:
         print(f"All results in one file: {write_single(report)}.")

@@ -15,8 +15,10 @@ from reports.tables.writing import write_table
 
 
 def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Comparison:
-    """Measure, write, and print the targets, or the ratios where there are none or in the quick
-    setting, whose runs are shorter than those that the targets are for.
+    """Measure the comparisons, write them, and print the targets.
+
+    Ratios are printed instead in the quick setting, whose runs are shorter than those that the
+    targets are for, and for a suite without targets.
 
     Parameters
     ----------

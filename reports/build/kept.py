@@ -1,4 +1,4 @@
-"""Results of earlier commands: shown again, one build at a time."""
+"""Read the rows that earlier commands wrote, and lock the output folder during a build."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from benchmarks.checks.claim import Claim, Row
 from benchmarks.work_precision.dependable import dependable
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.options import OF_CONTENDERS
+from reports.results.options import CONTENDER_PREFIX
 from reports.results.rows import read_rows
 from reports.results.section import Section
 from reports.results.section_result import SectionResult
-from reports.tables.claims_table import COLUMNS as OF_ROWS
-from reports.tables.claims_table import NUMBERS
+from reports.tables.claims_table import NUMBER_COLUMNS, ROW_COLUMNS
 from reports.tables.number_format import is_finite
 
-LOCK = ".build"  # in the folder
+LOCK_FILE = ".build"  # in the output folder
+CLAIMS_FILE = "claims.csv"
+DURATIONS_FILE = "durations.csv"
 
 
 @contextmanager
@@ -33,7 +34,7 @@ def locked(folder: Path) -> Iterator[None]:
     Raises typer.BadParameter while another process holds the lock, and when the folder is not
     writable.
     """
-    lock = FileLock(folder / LOCK)
+    lock = FileLock(folder / LOCK_FILE)
     try:
         lock.acquire(blocking=False)
     except Timeout:
@@ -49,30 +50,27 @@ def locked(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-CLAIMS, DURATIONS = "claims.csv", "durations.csv"
-
-
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
-    """The claims with rows in claims.csv, with their tables and the verdicts of that time.
+    """The results of the claims with rows in claims.csv; verdicts are those of the stored rows.
 
-    First `claims`, in their order, then those of external integrators that are not among them.
-    Rows of other claims are left out, with a sentence.
+    First come `claims`, in their order, then the claims of external integrators that are not among
+    them. Rows of any other claim are left out, with a warning on stderr.
     """
-    rows = read_rows(out / CLAIMS)
+    rows = read_rows(out / CLAIMS_FILE)
     if rows is None:
         return []
     times = durations(out)
     claim_results = []
     ids = {claim.id for claim in claims}
     unknown = [id for id in rows["id"].unique() if id not in ids]
-    of_contenders = [id for id in unknown if id.startswith(OF_CONTENDERS)]
-    if dropped := [id for id in unknown if id not in of_contenders]:
+    contender_ids = [id for id in unknown if id.startswith(CONTENDER_PREFIX)]
+    if dropped := [id for id in unknown if id not in contender_ids]:
         print(
-            f"{out / CLAIMS} must hold rows of claims of this version; received some of "
+            f"{out / CLAIMS_FILE} must hold rows of claims of this version; received some of "
             f"{', '.join(dropped)}, which are left out. `verify` writes a file without them.",
             file=sys.stderr,
         )
-    for claim in (*claims, *map(_without_study, of_contenders)):
+    for claim in (*claims, *map(_without_study, contender_ids)):
         claim_rows = rows[rows["id"] == claim.id]
         if len(claim_rows):
             path = out / "frames" / f"{claim.id}.csv"
@@ -86,19 +84,19 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
 
 
 def _without_study(id: str) -> Claim:
-    """A claim of an external integrator, known by its stored rows alone."""
+    """A claim of an external integrator of which only the stored rows exist; its study is empty."""
     title = "an external integrator and the truth"
     return Claim(id, title, lambda *arguments: pd.DataFrame(), lambda measured: [])
 
 
 def kept_comparison(out: Path) -> Comparison:
-    """The times, with the errors that count, and costs of the last comparison."""
-    runs = read_rows(out / "work_precision.csv", needed="is_truth")
+    """The stored tables of the last comparison; None for a table without a readable file."""
+    runs = read_rows(out / "work_precision.csv", required_column="is_truth")
     return Comparison(None if runs is None else dependable(runs), read_rows(out / "cost.csv"))
 
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:
-    """Each study with the rows that were written."""
+    """A result for each study, with its stored rows; without a file its table is None."""
     section_results = []
     for section in sections:
         table = read_rows(out / f"{section.name}.csv")
@@ -109,12 +107,12 @@ def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]
 
 def durations(out: Path) -> dict[str, float]:
     """Seconds that the study of each claim took when it was last measured."""
-    table = read_rows(out / DURATIONS)
+    table = read_rows(out / DURATIONS_FILE)
     return {} if table is None else dict(zip(table["claim"], table["seconds"], strict=True))
 
 
 def _row(line: dict[str, object]) -> Row:
-    """The row of a line; empty numbers are None."""
-    numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBERS}
-    texts = {name: str(line[name]) for name in OF_ROWS if name in line and name not in numbers}
+    """The row of a line of claims.csv; numbers that are not finite become None."""
+    numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBER_COLUMNS}
+    texts = {name: str(line[name]) for name in ROW_COLUMNS if name in line and name not in numbers}
     return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -10,7 +10,12 @@ from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.results.section import Section
-from reports.results.section_result import FOLDER, SectionResult, measure_sections, say
+from reports.results.section_result import (
+    STUDIES_FOLDER,
+    SectionResult,
+    measure_sections,
+    print_progress,
+)
 from reports.results.suite import Suite
 from reports.tables.writing import write_table
 
@@ -38,30 +43,35 @@ def study(
 
 
 def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
-    """`studies`: do every missing run; returns a sentence for each that raised.
+    """`studies`: make every missing run of the long forms; returns a sentence for each that raised.
 
     Parameters
     ----------
     only
-        names of studies, with commas between; all when empty; ValueError for another name
+        names of studies, separated by commas; "" selects all
+
+    Raises
+    ------
+    ValueError
+        For a name that is no study with a long form.
     """
     failures: list[str] = []
-    folder = options.out / FOLDER
-    studies_of = {
+    folder = options.out / STUDIES_FOLDER
+    long_forms = {
         section.name: section.long_form
         for section in suite.sections
         if section.long_form is not None
     }
-    wanted = [name.strip() for name in only.split(",") if name.strip()] or list(studies_of)
-    if unknown := [name for name in wanted if name not in studies_of]:
-        names = ", ".join(studies_of)
+    selected_names = [name.strip() for name in only.split(",") if name.strip()] or list(long_forms)
+    if unknown := [name for name in selected_names if name not in long_forms]:
+        names = ", ".join(long_forms)
         raise ValueError(f"expected some of {names}; received {', '.join(unknown)}.")
     for section in suite.sections:
-        if section.name not in wanted:
+        if section.name not in selected_names:
             continue
-        runs = studies_of[section.name].runs(folder, say)
+        runs = long_forms[section.name].runs(folder, print_progress)
         missing = [run for run in runs if not run.is_complete()]
-        print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
+        print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are complete.")
         errors = BuildCache().measure(
             Study(run.title, section.name, run.title, run.run) for run in missing
         )

@@ -1,4 +1,4 @@
-"""Terminal output: rows of claims with a summary, changes, times at matched error, targets."""
+"""Print rows of claims with a summary, changes, times at matched errors, and targets."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from reports.tables.comparison_tables import readable_ratios
 from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, readable_targets, summary
 
-PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
+TARGET_COLUMNS = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
 MAX_CHANGES = 20  # changes printed
 MAX_PROBLEMS = 6  # problems whose times are all printed
-WIDTHS = {"quantity": 60}  # columns in which longer texts are wrapped
-BOUND = 28  # characters of a bound
-ROW = ["claim", "source", "quantity", "bound", "measured", "verdict"]
-NUMBERS = ("measured", "error", "target")  # aligned to the right
+MAX_COLUMN_WIDTHS = {"quantity": 60}  # columns in which longer texts are wrapped
+MAX_BOUND_LENGTH = 28  # characters of a bound, longer ones are shortened
+CLAIM_COLUMNS = ["claim", "source", "quantity", "bound", "measured", "verdict"]
+NUMBER_COLUMNS = ("measured", "error", "target")  # aligned to the right
 
 
 def show(summary: Summary) -> None:
@@ -35,28 +35,30 @@ def show(summary: Summary) -> None:
     table = claims_frame(summary.rows)
     differing = table["verdict"] != table["expected"]
     table["verdict"] += np.where(differing, ", expected " + table["expected"], "")
-    table["bound"] = [shorten(text, BOUND, placeholder="...") for text in table["bound"]]
+    table["bound"] = [shorten(text, MAX_BOUND_LENGTH, placeholder="...") for text in table["bound"]]
     table["measured"] = [plain(number) or "-" for number in table["measured"]]
-    _show_table(table.rename(columns={"id": "claim"})[ROW], np.flatnonzero(differing))
+    _show_table(table.rename(columns={"id": "claim"})[CLAIM_COLUMNS], np.flatnonzero(differing))
     for row in summary.rows:
         if row.verdict == NOT_RUN and row.reason:
             print(visible(f"{row.id} {row.quantity} was not run: {row.reason}"))
     print(summary)
 
 
-def show_changes(changed: pd.DataFrame) -> None:
+def show_changes(changes: pd.DataFrame) -> None:
     """Print the changes since the earlier rows, at most MAX_CHANGES of them."""
-    if changed.empty:
+    if changes.empty:
         return
     print("Changed since the rows before")
-    _show_table(changed.head(MAX_CHANGES))
-    if len(changed) > MAX_CHANGES:
-        print(f"and {len(changed) - MAX_CHANGES} more, in verify.md.")
+    _show_table(changes.head(MAX_CHANGES))
+    if len(changes) > MAX_CHANGES:
+        print(f"and {len(changes) - MAX_CHANGES} more, in verify.md.")
 
 
-def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
-    """Print a table of times at matched error for each problem; of more than MAX_PROBLEMS
-    those of the headlines alone."""
+def show_ratios(ratios: pd.DataFrame, smallest: pd.DataFrame) -> None:
+    """Print a table of times at matched errors for each problem.
+
+    For more than MAX_PROBLEMS problems, only those that the headlines show are printed.
+    """
     problems = list(ratios["problem"].unique()) if len(ratios) else []
     if len(problems) > MAX_PROBLEMS:
         problems = [
@@ -67,7 +69,7 @@ def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
         ]
         print("Other problems are in tables/ratios.md and on the page.")
     for problem in problems:
-        times = readable_ratios(ratios, ends, problem)
+        times = readable_ratios(ratios, smallest, problem)
         print(f"{problem}: times at matched error over those of galvi's fastest")
         _show_table(times.map(lambda cell: cell.partition(" (")[0]))
 
@@ -76,30 +78,32 @@ def show_targets(targets: pd.DataFrame) -> None:
     """Print the targets with their remarks; nothing when there are none."""
     if targets.empty:
         return
-    table = readable_targets(targets)[0][[*PRINTED]]
+    table = readable_targets(targets)[0][[*TARGET_COLUMNS]]
     _show_table(table, [k for k, verdict in enumerate(table["verdict"]) if verdict == MISSED])
     for _, row in targets[targets["remark"] != ""].iterrows():
         print(visible(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
     print(summary(targets))
 
 
-def _show_table(table: pd.DataFrame, red: Collection[int] = ()) -> None:
-    """Print texts in columns.
+def _show_table(table: pd.DataFrame, red_lines: Collection[int] = ()) -> None:
+    """Print a table of texts.
 
     Parameters
     ----------
     red
-        positions of lines whose last cell is red, on a terminal with colours
+        indices of the lines whose last cell is red on a terminal with colours
     """
     lines: list[Sequence[str]] = table.map(visible).to_numpy().tolist()
-    for k in red:
+    for k in red_lines:
         lines[k] = [*lines[k][:-1], typer.style(lines[k][-1], fg="red", bold=True)]
     text = tabulate(
         lines,
         [*table],
         tablefmt="plain",
         disable_numparse=True,
-        colalign=["right" if name in NUMBERS else "left" for name in table] if lines else None,
-        maxcolwidths=[WIDTHS.get(name) for name in table],
+        colalign=["right" if name in NUMBER_COLUMNS else "left" for name in table]
+        if lines
+        else None,
+        maxcolwidths=[MAX_COLUMN_WIDTHS.get(name) for name in table],
     )
     typer.echo(text, color=False if os.environ.get("NO_COLOR") else None)

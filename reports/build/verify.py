@@ -1,4 +1,4 @@
-"""`verify`: check the claims and agreements; write and print the verdicts, to people and to CI.
+"""`verify`: check the claims and agreements; write and print the verdicts, for people and for CI.
 
 claims.csv    every row; rows of claims that were not selected are kept, with their dates
 durations.csv seconds that the study of each claim took
@@ -24,7 +24,7 @@ from benchmarks.checks.claim import AGREEMENT, Claim, Row
 from benchmarks.checks.coverage import coverage
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
-from reports.build.kept import CLAIMS, DURATIONS, durations
+from reports.build.kept import CLAIMS_FILE, DURATIONS_FILE, durations
 from reports.build.terminal import show, show_changes
 from reports.build.workers import study_in_workers
 from reports.figures.catalogue.all import FIGURES
@@ -36,18 +36,19 @@ from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
 from reports.results.progress import Studies
-from reports.results.rows import marked, merged, read_marked, read_rows
+from reports.results.rows import merge_rows, read_rows, read_with_origin, with_origin
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
-from reports.tables.claims_table import READ, claims_frame, convergence_frame
+from reports.tables.claims_table import READABLE_COLUMNS, claims_frame, convergence_frame
 from reports.tables.number_format import is_finite, plain
 from reports.tables.writing import as_markdown, write_table
 
-IN_SUMMARY = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
-TEXTS = ("source", "claimed", "setup", "reference", "reason")  # of a row, in verify.xml
-CHANGES = ["claim", "quantity", "what", "before", "now"]
-SIGMAS = 2.0  # standard errors of a difference within which a number has not moved
-WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off differs by machine
+SUMMARY_COLUMNS = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
+PROPERTY_FIELDS = ("source", "claimed", "setup", "reference", "reason")  # of a row, in verify.xml
+CHANGE_COLUMNS = ["claim", "quantity", "what", "before", "now"]
+MAX_STANDARD_ERRORS = 2.0  # standard errors of a difference, up to which two numbers count as equal
+# Relative tolerance of values without uncertainty: round-off differs by machine:
+RELATIVE_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,24 +79,28 @@ class Verified:
     @property
     def holds(self) -> bool:
         """Whether enough verdicts are the expected ones, and every required engine is there."""
-        return self.summary.holds(self.fail_under) and not self.engines.wanting
+        return self.summary.holds(self.fail_under) and not self.engines.missing
 
     @property
     def share_sentence(self) -> str:
-        """The share of the checks as expected, where `fail_under` is below 100; else ""."""
+        """A sentence on the percentage of expected verdicts; "" where `fail_under` is 100."""
         if self.fail_under == 100.0:
             return ""
         return (
-            f"{self.summary.share:.4g} % of the checks came out as expected; --fail-under asks for "
+            f"{self.summary.percent_expected:.4g} % of the checks came out as expected; "
+            "--fail-under asks for "
             f"{self.fail_under:.4g} %."
         )
 
     def cases(self) -> list[JUnitCase]:
-        """A case for each row, for each engine (one that is required and absent fails), and for
-        every other reason for which `verify` fails."""
+        """The test cases: one for each row and engine, and a failure for each unfounded statement,
+        for stated errors of orders that do not cover, and where nothing was measured.
+
+        An engine that is required and absent is a failure too.
+        """
         rows = self.summary.rows
         cases = [
-            _case(
+            _row_case(
                 row,
                 claim_result.seconds / len(claim_result.rows),
                 self.definitions.get(row.id, ("", 0)),
@@ -103,31 +108,33 @@ class Verified:
             for claim_result in self.checked
             for row in claim_result.rows
         ]
-        cases += [_engine(name, self.engines) for name in self.engines.absence]
-        wrong = [("printed statement", sentence) for sentence in self.summary.unfounded]
+        cases += [_engine_case(name, self.engines) for name in self.engines.absence]
+        failures = [("printed statement", sentence) for sentence in self.summary.unfounded]
         if not coverage(rows).is_plausible:
-            wrong.append(("stated errors of orders", str(coverage(rows))))
+            failures.append(("stated errors of orders", str(coverage(rows))))
         if all(row.verdict == NOT_RUN for row in rows):
-            wrong.append(("measured rows", "nothing was measured"))
-        return cases + [JUnitCase("statements", name, 0.0, "failure", why) for name, why in wrong]
+            failures.append(("measured rows", "nothing was measured"))
+        return cases + [
+            JUnitCase("statements", name, 0.0, "failure", why) for name, why in failures
+        ]
 
     def markdown(self) -> str:
         """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
         rows, differing = self.summary.rows, self.summary.differing
-        parts = [f"## verify: {'passed' if self.holds else 'failed'}", str(self.summary)]
-        parts += filter(None, [self.share_sentence])
-        parts += [f"- {sentence}" for sentence in self.engines.sentences()]
+        blocks = [f"## verify: {'passed' if self.holds else 'failed'}", str(self.summary)]
+        blocks += filter(None, [self.share_sentence])
+        blocks += [f"- {sentence}" for sentence in self.engines.sentences()]
         if differing:
-            table = claims_frame(differing)[[*IN_SUMMARY, "reason"]]
-            parts += ["### Not as expected", as_markdown(table)]
+            table = claims_frame(differing)[[*SUMMARY_COLUMNS, "reason"]]
+            blocks += ["### Not as expected", as_markdown(table)]
         if len(self.changed):
-            parts += ["### Changed since the rows before", as_markdown(self.changed)]
-        folded = as_markdown(claims_frame(rows)[IN_SUMMARY])
-        parts += [f"<details><summary>All {len(rows)} checks</summary>\n\n{folded}\n</details>"]
-        return "\n\n".join(part.rstrip("\n") for part in parts) + "\n"
+            blocks += ["### Changed since the rows before", as_markdown(self.changed)]
+        all_rows = as_markdown(claims_frame(rows)[SUMMARY_COLUMNS])
+        blocks += [f"<details><summary>All {len(rows)} checks</summary>\n\n{all_rows}\n</details>"]
+        return "\n\n".join(part.rstrip("\n") for part in blocks) + "\n"
 
 
-def selected(suite: Suite, options: Options, expression: str, last_failed: bool) -> Options:
+def selected(suite: Suite, options: Options, expression: str, only_failed: bool) -> Options:
     """The options with fewer claims.
 
     Parameters
@@ -144,7 +151,7 @@ def selected(suite: Suite, options: Options, expression: str, last_failed: bool)
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     if expression:
         claims = _matching(claims, expression)
-    rows = read_rows(options.out / CLAIMS, "id") if last_failed else None
+    rows = read_rows(options.out / CLAIMS_FILE, "id") if only_failed else None
     if rows is not None:
         failed = set(rows["id"][rows["verdict"] != rows["expected"]])
         claims = [claim for claim in claims if claim.id in failed] or claims
@@ -152,7 +159,10 @@ def selected(suite: Suite, options: Options, expression: str, last_failed: bool)
 
 
 def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
-    """The claims with a check that matches."""
+    """The claims with a check that matches a pytest expression.
+
+    Raises typer.BadParameter for an invalid expression, and where no check matches.
+    """
     try:
         compiled = Expression.compile(expression)
     except Exception as error:  # of a class that depends on the version of pytest
@@ -173,7 +183,10 @@ def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
 
 
 def _texts(claim: Claim) -> list[str]:
-    """What names each check of a claim; only its title, where just a measurement shows them."""
+    """A text for each check of a claim, lower case, to match against: id, quantity and source.
+
+    A claim whose checks depend on its measurement has a single text, with its title.
+    """
     try:
         rows = claim.judge(pd.DataFrame())
     except Exception:  # reported when the claim is measured
@@ -186,7 +199,7 @@ def verify(
     suite: Suite,
     options: Options,
     cache: BuildCache | None = None,
-    beside: Sequence[Study] = (),
+    other_studies: Sequence[Study] = (),
 ) -> Verified:
     """Check the selected claims, or all; write, print and return the results.
 
@@ -195,17 +208,14 @@ def verify(
     cache
         the build's result cache; None stores nothing
     beside
-        other studies of the build
-
-    Notes
-    -----
-    All studies without timings run in two processes, and what they give is in the cache then.
+        other studies of the build; those without timings are measured in the same worker processes
+        as the claims, and their tables are left in `cache`
     """
     cache = cache or BuildCache()
     claims = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
-    progress = Studies(len(claims) + len(beside))
-    in_workers = study_in_workers([*claim_studies(claims, options.quick), *beside], cache)
+    progress = Studies(len(claims) + len(other_studies))
+    in_workers = study_in_workers([*claim_studies(claims, options.quick), *other_studies], cache)
     with progress, closing(in_workers) as finished:
         for study, seconds in finished:
             progress.finished(study.label, study.title, seconds)
@@ -229,26 +239,28 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     """Write the tables; returns the changes."""
     provenance, tables = suite.provenance(options.command), options.out / "tables"
     origin = {**provenance, "setting": "quick" if options.quick else "default"}
-    origin_before = read_origins(options.out).get(CLAIMS, {})
+    origin_before = read_origins(options.out).get(CLAIMS_FILE, {})
     dates = {
         claim_result.claim.id: claim_result.run or origin.get("date", "")
         for claim_result in checked
     }
     ids = [claim.id for claim in suite.claims]
 
-    def marks(table: pd.DataFrame, key: str) -> pd.DataFrame:
-        return marked(table.assign(date=[dates[name] for name in table[key]]), origin)
+    def mark_rows(table: pd.DataFrame, key: str) -> pd.DataFrame:
+        return with_origin(table.assign(date=[dates[name] for name in table[key]]), origin)
 
-    now = marks(claims_frame(row for claim_result in checked for row in claim_result.rows), "id")
-    before = read_marked(options.out / CLAIMS, "id", origin_before)
-    claims = merged(before, now, "id", dates, ids)
-    write(options.out / CLAIMS, as_csv(claims))
-    note_origin(options.out, CLAIMS, provenance, options.quick)
-    write_table(tables, "claims", claims, claims[list(READ)], origin)
-    fits = marks(convergence_frame(checked, FIGURES), "claim")
-    fits_before = read_marked(tables / "convergence.csv", "claim", origin_before)
+    new_rows = mark_rows(
+        claims_frame(row for claim_result in checked for row in claim_result.rows), "id"
+    )
+    old_rows = read_with_origin(options.out / CLAIMS_FILE, "id", origin_before)
+    merged_rows = merge_rows(old_rows, new_rows, "id", dates, ids)
+    write(options.out / CLAIMS_FILE, as_csv(merged_rows))
+    note_origin(options.out, CLAIMS_FILE, provenance, options.quick)
+    write_table(tables, "claims", merged_rows, merged_rows[list(READABLE_COLUMNS)], origin)
+    fits = mark_rows(convergence_frame(checked, FIGURES), "claim")
+    fits_before = read_with_origin(tables / "convergence.csv", "claim", origin_before)
     write_table(
-        tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
+        tables, "convergence", merge_rows(fits_before, fits, "claim", dates, ids), origin=origin
     )
     for claim_result in checked:
         path = options.out / "frames" / f"{claim_result.claim.id}.csv"
@@ -263,20 +275,22 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
             if claim_result.table is not None
         }
         lines = (durations(options.out) | seconds).items()
-        write(options.out / DURATIONS, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"])))
-    return changes(before, now)
+        write(
+            options.out / DURATIONS_FILE, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"]))
+        )
+    return changes(old_rows, new_rows)
 
 
 def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
-    """What changed since earlier rows of the same claims and setting, with CHANGES, as text.
+    """The changes since earlier rows of the same claims and setting, as texts in columns
+    CHANGE_COLUMNS.
 
-    A number moved when it differs by more than 2 standard errors of the difference, or, where
-    neither row has an uncertainty, by more than a tenth.
+    A changed number is listed where `differs` is true. Empty where `before` is None.
     """
     if before is None:
-        return pd.DataFrame(columns=CHANGES)
-    alike = before["id"].isin(now["id"]) & before["setting"].isin(now["setting"])
-    old_rows, new_rows, lines = _by_check(before[alike]), _by_check(now), []
+        return pd.DataFrame(columns=CHANGE_COLUMNS)
+    is_comparable = before["id"].isin(now["id"]) & before["setting"].isin(now["setting"])
+    old_rows, new_rows, lines = _by_check(before[is_comparable]), _by_check(now), []
     for key, new in new_rows.items():
         old = old_rows.get(key)
         if old is None:
@@ -284,24 +298,33 @@ def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
             continue
         if old["verdict"] != new["verdict"]:
             lines.append((*key, "verdict", old["verdict"], new["verdict"]))
-        if moved(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
+        if differs(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
             lines.append((*key, "measured", _number(old), _number(new)))
     removed = [key for key in old_rows if key not in new_rows]
     lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in removed]
-    return pd.DataFrame(lines, columns=CHANGES)
+    return pd.DataFrame(lines, columns=CHANGE_COLUMNS)
 
 
 def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
     return {(row["id"], row["quantity"]): row for _, row in rows.iterrows()}
 
 
-def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
-    """Whether two numbers differ by more than their uncertainties, NaN or None where unknown."""
+def differs(old: float, old_error: float, new: float, new_error: float) -> bool:
+    """Whether two measured numbers differ significantly.
+
+    They do if they differ by more than MAX_STANDARD_ERRORS standard errors of the difference, or by
+    more than RELATIVE_TOLERANCE of the larger one if neither has an uncertainty; also if just one
+    number is finite. An uncertainty that is NaN or None is unknown.
+    """
     if not (is_finite(old) and is_finite(new)):
         return is_finite(old) != is_finite(new)
     errors = [error for error in (old_error, new_error) if is_finite(error)]
-    allowed = SIGMAS * math.hypot(*errors) if errors else WITHOUT * max(abs(old), abs(new))
-    return abs(new - old) > allowed
+    tolerance = (
+        MAX_STANDARD_ERRORS * math.hypot(*errors)
+        if errors
+        else RELATIVE_TOLERANCE * max(abs(old), abs(new))
+    )
+    return abs(new - old) > tolerance
 
 
 def _number(row: pd.Series) -> str:
@@ -309,7 +332,7 @@ def _number(row: pd.Series) -> str:
     return f"{measured} -+ {error}" if measured and error else measured or "no number"
 
 
-def _case(row: Row, seconds: float, defined_at: tuple[str, int]) -> JUnitCase:
+def _row_case(row: Row, seconds: float, defined_at: tuple[str, int]) -> JUnitCase:
     """A row's case: "failure" for a verdict other than the expected one, "error" for a row that
     should have been measured but was not, "skipped" for one that was expected not to run."""
     measured, error = plain(row.measured, 6) or "nothing", plain(row.uncertainty, 2)
@@ -328,7 +351,7 @@ def _case(row: Row, seconds: float, defined_at: tuple[str, int]) -> JUnitCase:
         ("bound", row.bound or "none"),
         ("verdict", row.verdict),
         ("expected", row.expected or "a verdict"),
-        *((name, getattr(row, name)) for name in TEXTS),
+        *((name, getattr(row, name)) for name in PROPERTY_FIELDS),
     )
     group = f"{row.source if row.source == AGREEMENT else 'claim'}.{row.id}"
     return JUnitCase(
@@ -336,7 +359,7 @@ def _case(row: Row, seconds: float, defined_at: tuple[str, int]) -> JUnitCase:
     )
 
 
-def _engine(name: str, engines: Engines) -> JUnitCase:
+def _engine_case(name: str, engines: Engines) -> JUnitCase:
     why = engines.absence[name]
     if not why:
         return JUnitCase("engines", name)

@@ -1,4 +1,4 @@
-"""Studies without timings, and figures, in two processes beside this one."""
+"""Run studies without timings, and draw figures, in two worker processes."""
 
 from __future__ import annotations
 
@@ -20,30 +20,32 @@ from benchmarks.checks.claim import Report
 from galvi.run.ensemble import processors
 from reports.results.cache import BuildCache, Study
 
-WORKERS = 2
-FEWEST_STUDIES, FEWEST_FIGURES = 4, 16  # fewer do not repay the start of the processes
+WORKER_COUNT = 2
+MIN_STUDIES, MIN_FIGURES = 4, 16  # fewer do not repay the start of the processes
 
 
 def study_in_workers(
     studies: Sequence[Study], cache: BuildCache
 ) -> Generator[tuple[Study, float], None, None]:
-    """Measure and store the untimed studies that the cache lacks; yield each with its seconds as
-    it finishes. A study that raises is skipped, and so are the remaining ones when a worker dies.
+    """Measure and store the untimed studies that the cache lacks, and yield each finished one with
+    its time in seconds.
 
-    Does nothing for fewer than FEWEST_STUDIES or on a single processor. A worker ends with this
-    process, and where the iterator is closed before its end.
+    A study that raises is skipped; when a worker dies, so are the remaining ones. Nothing is
+    measured for fewer than MIN_STUDIES missing studies, or on fewer than WORKER_COUNT processors.
+    The workers end with this process, and when the iterator is closed.
     """
     missing = {
         study.name: study for study in studies if not (study.timed or study.name in cache.entries)
     }
-    if len(missing) < FEWEST_STUDIES or processors() < WORKERS:
+    if len(missing) < MIN_STUDIES or processors() < WORKER_COUNT:
         return
-    # Neighbours need the same kernels, and would wait for each other where these are not compiled.
+    # Neighbouring studies need the same kernels; started together, one would wait for the other to
+    # compile them.
     from_both_ends = dict.fromkeys(
         name for pair in zip(missing, reversed(missing), strict=True) for name in pair
     )
-    measurements = parallel(WORKERS, return_as="generator_unordered", batch_size=1)(
-        delayed(_timed)(name, missing[name].measure) for name in from_both_ends
+    measurements = parallel(WORKER_COUNT, return_as="generator_unordered", batch_size=1)(
+        delayed(_measure_timed)(name, missing[name].measure) for name in from_both_ends
     )
     try:
         for name, table, seconds in filter(None, measurements):
@@ -52,36 +54,38 @@ def study_in_workers(
     except BrokenProcessPool:
         return
     finally:
-        with warnings.catch_warnings(action="ignore"):  # joblib says that it cancels studies
+        with warnings.catch_warnings(action="ignore"):  # joblib warns of the studies it cancels
             measurements.close()
 
 
 def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
     """``list(map(function, jobs))``, in two processes where there are enough jobs."""
-    if len(jobs) < FEWEST_FIGURES or processors() < WORKERS:
+    if len(jobs) < MIN_FIGURES or processors() < WORKER_COUNT:
         return list(map(function, jobs))
-    return parallel(WORKERS)(delayed(function)(job) for job in jobs)
+    return parallel(WORKER_COUNT)(delayed(function)(job) for job in jobs)
 
 
 def parallel(processes: int, **options: Any) -> Parallel:
-    """Processes of one thread each that print nothing, get their arguments by value, and end with
-    this one."""
+    """A joblib pool of single-threaded processes, which print nothing and end with this process.
+
+    Arguments are passed by value, never as memory maps.
+    """
     warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # loky starts another
     return Parallel(
         processes,
         backend="loky",
         max_nbytes=None,
         inner_max_num_threads=1,
-        initializer=_begin,
+        initializer=_initialise_worker,
         initargs=(os.getpid(),),
         **options,
     )
 
 
-def _timed(
+def _measure_timed(
     name: str, measure: Callable[[Report], pd.DataFrame]
 ) -> tuple[str, pd.DataFrame, float] | None:
-    """None where the study raised: the build runs it again, and shows why."""
+    """(name, table, seconds) of a study; None if it raised: the build repeats it and shows why."""
     start = time.perf_counter()
     try:
         return name, measure(lambda sentence: None), time.perf_counter() - start
@@ -89,16 +93,17 @@ def _timed(
         return None
 
 
-def _begin(build: int) -> None:
+def _initialise_worker(build_pid: int) -> None:
     """Initialise a worker: ignore interrupts, print nothing, and end with the build."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    null_device = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
-        os.dup2(nowhere, stream)
-    threading.Thread(target=_end_with, args=(build,), daemon=True).start()
+        os.dup2(null_device, stream)
+    threading.Thread(target=_exit_with, args=(build_pid,), daemon=True).start()
 
 
-def _end_with(build: int) -> None:
+def _exit_with(build_pid: int) -> None:
+    """Exit this process as soon as the process `build_pid` has ended."""
     with suppress(psutil.NoSuchProcess):  # it ended before this one had begun
-        psutil.Process(build).wait()
+        psutil.Process(build_pid).wait()
     os._exit(1)

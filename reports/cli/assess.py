@@ -1,4 +1,4 @@
-"""The commands that assess what is a user's: track, judge, versions, tolerance and convergence."""
+"""The commands that assess a user's code: track, judge, versions, tolerance and convergence."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from reports.cli.options import (
     Quick,
     Timeout,
     comma_separated,
+    is_typed,
     options_of,
     output_folder,
-    typed,
 )
 from reports.results.options import OUT, Options
 
@@ -25,32 +25,37 @@ if TYPE_CHECKING:
     from reports.results.suite import Suite
 
 
-def number_or_text(text: str) -> Any:
+def parse_number_or_text(text: str) -> Any:
     """The text as an int, else as a float, else unchanged."""
-    for kind in (int, float):
+    for convert in (int, float):
         with suppress(ValueError):
-            return kind(text)
+            return convert(text)
     return text
 
 
-def numbers(text: str) -> list[Any]:
-    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for a text that is no number."""
-    parsed = [number_or_text(word) for word in comma_separated(text)]
+def parse_numbers(text: str) -> list[Any]:
+    """The numbers of a list with commas: "1,0.5" gives [1, 0.5].
+
+    Raises typer.BadParameter if an entry is not a number."""
+    parsed = [parse_number_or_text(word) for word in comma_separated(text)]
     if any(isinstance(entry, str) for entry in parsed):
         raise typer.BadParameter(f"Expected numbers, separated by commas; received {text!r}.")
     return parsed
 
 
-def setting(text: str) -> dict[str, Any]:
-    """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers, true and false
-    where they are. Raises typer.BadParameter for a part that is not name=value."""
+def parse_setting(text: str) -> dict[str, Any]:
+    """The mapping of a list of name=value: "integrator=whfast,dt=0.1" gives
+    {"integrator": "whfast", "dt": 0.1}.
+
+    Values that are numbers, true or false are converted. Raises typer.BadParameter for a part that
+    is not name=value."""
     settings: dict[str, Any] = {}
     for part in comma_separated(text):
         name, _, value = (word.strip() for word in part.partition("="))
         if not (name and value):
             raise typer.BadParameter(f"Expected name=value, not {part!r}, separated by commas.")
         flag = {"true": True, "false": False}.get(value.lower())
-        settings[name] = number_or_text(value) if flag is None else flag
+        settings[name] = parse_number_or_text(value) if flag is None else flag
     return settings
 
 
@@ -70,7 +75,7 @@ OwnSetting = Annotated[
     typer.Option(
         "--own",
         metavar="integrator=whfast,dt=0.1",
-        parser=setting,
+        parser=parse_setting,
         help="Integrator, step and options of your run, where they differ from the file.",
     ),
 ]
@@ -83,7 +88,10 @@ Request = Annotated[  # of galvi.judge and galvi.convergence
 Key = Annotated[
     Any,
     typer.Option(
-        "--key", metavar="NAME|N", parser=number_or_text, help="Keyframe of a model to start from."
+        "--key",
+        metavar="NAME|N",
+        parser=parse_number_or_text,
+        help="Keyframe of a model to start from.",
     ),
 ]
 Ignore = Annotated[
@@ -97,16 +105,23 @@ Ignore = Annotated[
 ]
 Positions = Annotated[
     Any,
-    typer.Option("--qpos", metavar="1,0.5", parser=numbers, help="Initial positions of a model."),
+    typer.Option(
+        "--qpos", metavar="1,0.5", parser=parse_numbers, help="Initial positions of a model."
+    ),
 ]
 Velocities = Annotated[
     Any,
-    typer.Option("--qvel", metavar="0,0.1", parser=numbers, help="Initial velocities of a model."),
+    typer.Option(
+        "--qvel", metavar="0,0.1", parser=parse_numbers, help="Initial velocities of a model."
+    ),
 ]
 Controls = Annotated[
     Any,
     typer.Option(
-        "--ctrl", metavar="0,0.1", parser=numbers, help="Constant controls of a model's actuators."
+        "--ctrl",
+        metavar="0,0.1",
+        parser=parse_numbers,
+        help="Constant controls of a model's actuators.",
     ),
 ]
 
@@ -157,7 +172,7 @@ def track_performance(
     suite = context.obj.load()
     if against is None:
         # contenders of the project's table take part in comparisons
-        if only or isolate or (contender and typed(context, "contender")):
+        if only or isolate or (contender and is_typed(context, "contender")):
             raise typer.BadParameter("--only, --isolate and --contender require --against REV.")
         return _show_history(suite, options_of(context, suite, out))
     folder, provenance = output_folder(out), suite.provenance(context.obj.command)
@@ -323,7 +338,7 @@ def tabulate_convergence(
         Any,
         typer.Option(
             metavar="50,100,200",
-            parser=numbers,
+            parser=parse_numbers,
             help="Numbers of equal steps, or step sizes; by default found by trial.",
         ),
     ] = None,

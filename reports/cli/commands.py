@@ -28,7 +28,7 @@ from reports.cli.options import Invocation
 from reports.cli.project import defaults
 
 PROGRAM = ("python", "-m", "reports")
-NO_COMMAND = ("--help", "--version")  # options without a command
+GLOBAL_OPTIONS = ("--help", "--version")  # options without a command
 COMMANDS: Mapping[str, Callable[..., int]] = {
     "verify": measure.verify_claims,
     "compare": measure.compare_methods,
@@ -47,7 +47,7 @@ COMMANDS: Mapping[str, Callable[..., int]] = {
 
 
 def show_version(requested: bool) -> None:
-    """Print the versions that results depend on, and end."""
+    """Print the versions of galvi, Python and its main dependencies, and exit, if `requested`."""
     if requested:
         versions = (f"{name} {metadata.version(name)}" for name in ("numpy", "numba"))
         print(f"galvi {galvi_version()}")
@@ -70,8 +70,10 @@ def everything(
 
 
 def application() -> typer.Typer:
-    """The typer application; its commands return the exit status, and expect an Invocation as
-    their context's `obj`."""
+    """The typer application.
+
+    Its commands return the exit status, and expect an Invocation as `obj` of their context.
+    """
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.callback()(everything)
     for name, command in COMMANDS.items():
@@ -85,9 +87,9 @@ def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str]
     Parameters
     ----------
     load
-        the suite, imported when called
+        returns the suite, which it imports
     called
-        the words before the arguments, as usage and provenance name the command
+        words before the arguments, as shown in usage messages and in the provenance
     """
     return ended(lambda: _run(load, list(arguments), called))
 
@@ -95,20 +97,20 @@ def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str]
 def _run(load: Callable[[], Any], arguments: list[str], called: Sequence[str]) -> int:
     command = shlex.join([*called, *arguments]).encode(errors="replace").decode()
     invocation = Invocation(load, command, " ".join(called))
-    builds = not arguments or (arguments[0][:1] == "-" and arguments[0] not in NO_COMMAND)
-    command_line = ["build", *arguments] if builds else arguments
-    table = {} if {*NO_COMMAND} & {*command_line} else defaults(Path.cwd())
+    is_build = not arguments or (arguments[0][:1] == "-" and arguments[0] not in GLOBAL_OPTIONS)
+    command_line = ["build", *arguments] if is_build else arguments
+    default_options = {} if {*GLOBAL_OPTIONS} & {*command_line} else defaults(Path.cwd())
     group = typer.main.get_command(application())
     try:
         with group.make_context(
-            invocation.called, command_line, obj=invocation, default_map=table
+            invocation.called, command_line, obj=invocation, default_map=default_options
         ) as context:
             return group.invoke(context)
-    except typer.Exit as end:
-        return end.exit_code
+    except typer.Exit as exit_request:
+        return exit_request.exit_code
     except UsageError as error:
         names = [word for word in arguments if word in COMMANDS]
-        if builds and names and "unexpected extra argument" in error.message:
+        if is_build and names and "unexpected extra argument" in error.message:
             example = f"{invocation.called} {names[0]} {arguments[0]}"
             raise typer.BadParameter(f"Options follow the command, as in: {example}.") from None
         raise

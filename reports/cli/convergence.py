@@ -23,7 +23,7 @@ from benchmarks.store.provenance import provenance
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi.interop.convergence import ConvergenceRequest, counts_and_sizes
-from reports.cli.export import PICTURES, write_figure
+from reports.cli.export import PICTURE_FORMATS, write_figure
 from reports.cli.handed_over import show_progress
 from reports.figures.plots.convergence import orders
 from reports.figures.style.layout import NoData
@@ -31,7 +31,7 @@ from reports.results.section import Figure
 from reports.tables.orders import OrderTable, caption, sentences, write_orders
 
 COMMAND = "convergence"
-GAUSS = "gauss:"  # before the degree of galvi's Gauss collocation, as --method
+GAUSS_PREFIX = "gauss:"  # before the degree of galvi's Gauss collocation, as --method
 REFUSALS = (ContenderError, ValueError, TypeError, ModuleNotFoundError)
 progress = partial(show_progress, COMMAND)
 
@@ -52,18 +52,34 @@ def request_of(
     ContenderError, ValueError
         For texts that name no method, problem or steps.
     """
-    loaded, span = load_problem(problem, duration)
+    loaded_problem, loaded_duration = load_problem(problem, duration)
     counts, sizes = counts_and_sizes(steps)
-    named = [*map(_method, methods), *(("", path) for path in contenders)]
+    named_methods = [*map(_parse_method, methods), *(("", path) for path in contenders)]
     return ConvergenceRequest(
-        loaded, tuple(named), span, counts, sizes, truth, quick, with_all=not methods
+        loaded_problem,
+        tuple(named_methods),
+        loaded_duration,
+        counts,
+        sizes,
+        truth,
+        quick,
+        with_all=not methods,
     )
 
 
-def _method(word: str) -> tuple[str, Any]:
-    """The name, "" for the code's own, and the method of a word of --method."""
-    if word.startswith(GAUSS):
-        degree = word.removeprefix(GAUSS)
+def _parse_method(word: str) -> tuple[str, Any]:
+    """(name, method) of a word of --method; the name is "" where the method has its own.
+
+    Raises
+    ------
+    ValueError
+        For a degree that is no whole number, and for a path to another object than a
+        galvi.Galerkin.
+    ContenderError
+        For a path that cannot be loaded.
+    """
+    if word.startswith(GAUSS_PREFIX):
+        degree = word.removeprefix(GAUSS_PREFIX)
         if not degree.isdigit():
             raise ValueError(f"--method gauss:DEGREE expects a whole number; received {word!r}.")
         return galvi_label(int(degree)), gauss_collocation(int(degree)).method
@@ -79,7 +95,7 @@ def _method(word: str) -> tuple[str, Any]:
 
 
 def order_table(request: ConvergenceRequest, timeout: float | None, command: str) -> OrderTable:
-    """The table that is asked for; shows its progress. Raises REFUSALS for what cannot be run."""
+    """The order table of a request. Progress goes to stderr. Raises REFUSALS if it cannot run."""
     with opened(request, timeout or TIME_LIMIT) as methods:
         truth = truth_of_request(request, methods, progress)
         participants = with_settings(methods, request, truth)
@@ -92,7 +108,7 @@ def order_table(request: ConvergenceRequest, timeout: float | None, command: str
 
 
 def write_json(table: OrderTable, out: Path) -> int:
-    """Write the JSON that `galvi.convergence` reads: the columns, and `attrs` of the table."""
+    """Write the JSON from which `galvi.convergence` makes a table with `attrs`; returns 0."""
     document = {
         "problem": table.problem.name,
         "duration": table.duration,
@@ -108,7 +124,7 @@ def write_json(table: OrderTable, out: Path) -> int:
 
 
 def write_results(table: OrderTable, out: Path) -> int:
-    """Write tables and figures, and print the orders; 0, or 1 when a run failed."""
+    """Write tables and figures, and print the orders; returns 1 if a run failed, else 0."""
     files = [*write_orders(table, out), *_figures(table, out)]
     for sentence in sentences(table):
         print(visible(sentence))
@@ -117,7 +133,8 @@ def write_results(table: OrderTable, out: Path) -> int:
 
 
 def _figures(table: OrderTable, folder: Path) -> list[Path]:
-    """The figure in the width of a page and of a column; none where no run has an error."""
+    """Write the figure in the width of a page and of a column; returns the paths, an empty list
+    where no run has an error."""
     figure = Figure(
         COMMAND,
         caption(table, "Errors of methods"),
@@ -128,8 +145,8 @@ def _figures(table: OrderTable, folder: Path) -> list[Path]:
     )
     files: list[Path] = []
     for name, width in ((COMMAND, "page"), (f"{COMMAND}-column", "column")):
-        for form in PICTURES:
+        for file_format in PICTURE_FORMATS:
             with suppress(NoData):
-                path = folder / f"{name}.{form}"
-                files.append(write_figure(figure, table.rows, path, form, width))
+                path = folder / f"{name}.{file_format}"
+                files.append(write_figure(figure, table.rows, path, file_format, width))
     return files

@@ -23,12 +23,13 @@ from reports.cli.project import TABLE
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 INTERRUPTED, NO_READER = 130, 141  # 141: what a shell reports of a closed pipe
-TRACEBACK = "GALVI_TRACEBACK"  # environment variable: where the exception was raised is shown
-LONGEST = 500  # characters of an exception's message that are shown
+# Environment variable; where it is set, tracebacks are printed:
+TRACEBACK_VARIABLE = "GALVI_TRACEBACK"
+MAX_MESSAGE_LENGTH = 500  # characters of an exception's message that are shown
 
 
 def ended(command: Callable[[], int]) -> int:
-    """The exit status of a command; an exception becomes a sentence on stderr.
+    """Run a command; returns its exit status. An exception becomes a sentence on stderr.
 
     Characters that standard output cannot encode are replaced by "?".
     """
@@ -49,47 +50,48 @@ def ended(command: Callable[[], int]) -> int:
 
 @contextmanager
 def _interrupts_raised() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt also during a run of galvi, and so ends the command.
+    """Make Ctrl-C raise KeyboardInterrupt during runs of galvi, too, so that it ends the command.
 
-    Under Python's default handler it would end only this run, whose first steps would be taken for
-    a measurement; galvi leaves any other handler in place. An ignored SIGINT stays ignored.
+    Under Python's default handler, galvi ends the run alone, and its first steps would be taken for
+    a measurement; galvi does not replace any other handler. An ignored SIGINT stays ignored.
     """
-    before = signal.getsignal(signal.SIGINT)
-    if before is not signal.default_int_handler:
+    previous_handler = signal.getsignal(signal.SIGINT)
+    if previous_handler is not signal.default_int_handler:
         yield
         return
     signal.signal(signal.SIGINT, lambda *arguments: signal.default_int_handler(*arguments))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, previous_handler)
 
 
 def _ending(error: BaseException) -> tuple[int, str]:
     """The exit status and the sentence for an exception of a command."""
     if isinstance(error, UsageError):
-        return CANNOT, usage(error)
+        return CANNOT, usage_message(error)
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return INTERRUPTED, "Interrupted; the files that were written are whole."
-    if _lost_its_reader(error):
+    if _is_lost_reader(error):
         return NO_READER, ""
-    if os.environ.get(TRACEBACK):
+    if os.environ.get(TRACEBACK_VARIABLE):
         traceback.print_exception(error)
     if isinstance(error, ModuleNotFoundError):
         return NOT_INSTALLED, missing_package(error)
-    described = visible("".join(traceback.format_exception_only(error)))
-    described = textwrap.shorten(described, LONGEST, placeholder="...").rstrip(".")
+    description = visible("".join(traceback.format_exception_only(error)))
+    description = textwrap.shorten(description, MAX_MESSAGE_LENGTH, placeholder="...").rstrip(".")
     return CANNOT, (
-        f"The command could not be carried out: {described}. {TRACEBACK}=1 in the environment "
+        f"The command could not be carried out: {description}. {TRACEBACK_VARIABLE}=1 in the "
+        "environment "
         "shows where it was raised."
     )
 
 
-def usage(error: Any) -> str:
-    """The sentence of a usage error; it names the project's table where the value is from there."""
+def usage_message(error: Any) -> str:
+    """The sentence of a usage error; it begins with TABLE if the value comes from that table."""
     parameter = getattr(error, "param", None)
-    from_galvi = isinstance(error, typer.BadParameter) and parameter is None
-    message = str(error.message if from_galvi else error.format_message()).rstrip().rstrip(".")
+    is_from_galvi = isinstance(error, typer.BadParameter) and parameter is None
+    message = str(error.message if is_from_galvi else error.format_message()).rstrip().rstrip(".")
     message = message.replace("Value error, ", "")  # of pydantic's
     if "\n  " not in message:  # else it has one line an item
         message = " ".join(message.split())
@@ -102,16 +104,16 @@ def usage(error: Any) -> str:
 
 
 @contextmanager
-def as_usage_error(*errors: type[Exception], before: str = "") -> Iterator[None]:
-    """Raise these exceptions as usage errors, with `before` in front of their message."""
+def as_usage_error(*errors: type[Exception], prefix: str = "") -> Iterator[None]:
+    """Raise these exceptions as typer.BadParameter, with `prefix` in front of their messages."""
     try:
         yield
     except errors as error:
-        raise typer.BadParameter(visible(f"{before}{error}")) from None
+        raise typer.BadParameter(visible(f"{prefix}{error}")) from None
 
 
-def _lost_its_reader(error: BaseException) -> bool:
-    """Whether the exception says that the reader of stdout or of stderr is gone."""
+def _is_lost_reader(error: BaseException) -> bool:
+    """Whether the exception was raised because the reader of stdout or stderr is gone."""
     if isinstance(error, SystemExit):  # of rich
         return isinstance(error.__context__, BrokenPipeError)
     streams = (sys.stdout, sys.stderr)
@@ -119,7 +121,7 @@ def _lost_its_reader(error: BaseException) -> bool:
 
 
 def _is_unread(stream: TextIO) -> bool:
-    """Whether it is a pipe whose other end is closed."""
+    """Whether the stream is a pipe whose other end is closed."""
     with suppress(OSError, ValueError, AttributeError):  # no file, or a system without `poll`
         poll = select.poll()
         poll.register(stream.fileno(), 0)
@@ -128,7 +130,8 @@ def _is_unread(stream: TextIO) -> bool:
 
 
 def _discard_output() -> None:
-    """Redirect standard output to nowhere; else Python reports unwritten text at its exit."""
+    """Redirect a stream that cannot be flushed to the null device, or Python would report the
+    unwritten text at its exit."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()

@@ -15,7 +15,7 @@ from reports.build.kept import kept_claims, kept_comparison, kept_sections
 from reports.cli.endings import as_usage_error
 from reports.cli.options import check_known
 from reports.figures.drawing import drawable
-from reports.figures.picture import WIDTHS, sized
+from reports.figures.picture import WIDTHS, printed_figure
 from reports.figures.style.layout import NoData
 from reports.results.origins import read_origins
 from reports.results.section import Figure
@@ -25,13 +25,13 @@ from reports.tables.macros import CLAIMS, numbers
 from reports.tables.writing import as_markdown
 
 SUFFIXES = {"csv": ".csv", "parquet": ".parquet", "latex": ".tex", "markdown": ".md"}
-PICTURES = ("pdf", "svg", "png")
-NUMBERS = "numbers"  # the name of the macros
+PICTURE_FORMATS = ("pdf", "svg", "png")
+MACROS = "numbers"  # the name of the macros
 Figures = Mapping[str, tuple[Figure, pd.DataFrame | None]]
 
 
 def list_all(known_tables: Iterable[str], known_figures: Figures) -> None:
-    """Print the names of the tables, and those of the figures with their titles."""
+    """Print the names of the tables, and the names and titles of the figures."""
     for name in known_tables:
         print(f"{name}  table")
     for name, (figure, _) in known_figures.items():
@@ -39,26 +39,27 @@ def list_all(known_tables: Iterable[str], known_figures: Figures) -> None:
 
 
 def tables(out: Path) -> dict[str, Path]:
-    """Paths of a report's tables by name: those beside its page, then those in tables/."""
-    beside = {path.stem: path for path in sorted(out.glob("*.csv"))}
-    return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside
+    """Name -> path of each table of a report; one beside its page precedes one in tables/."""
+    beside_page = {path.stem: path for path in sorted(out.glob("*.csv"))}
+    return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside_page
 
 
 def figures(suite: Suite, out: Path) -> Figures:
-    """All figures of a report by name, each with its rows, None where these are not kept."""
-    stored = (
+    """Name -> (figure, rows) of all figures of a report; the rows are None if none are stored."""
+    stored_results = (
         kept_claims(out, suite.claims),
         kept_comparison(out),
         kept_sections(out, suite.sections),
     )
-    return {figure.name: (figure, table) for figure, table in drawable(*stored)}
+    return {figure.name: (figure, table) for figure, table in drawable(*stored_results)}
 
 
 def export_figures(
     catalogue: Figures, out: Path, name: str, form: str, width: str, to: Path | None
 ) -> None:
-    """Draw the figure `name`, or for "" every one whose rows are kept, in the width of a column or
-    a page, and print the paths.
+    """Draw the figure `name` in the width of a column or a page, and print its path.
+
+    For "" every figure whose rows are stored is drawn; one that cannot be drawn is named on stdout.
 
     Parameters
     ----------
@@ -67,7 +68,8 @@ def export_figures(
 
     Notes
     -----
-    Raises typer.BadParameter for an unknown figure, and where rows are not kept or cannot be drawn.
+    Raises typer.BadParameter for the name of a table, for an unknown figure, for one whose rows are
+    not stored or cannot be drawn, and for "" where no rows are stored.
     """
     if name in tables(out):
         raise typer.BadParameter(
@@ -96,9 +98,12 @@ def export_figures(
 
 
 def write_figure(figure: Figure, table: pd.DataFrame, path: Path, form: str, width: str) -> Path:
-    """Draw a figure, fonts embedded, into a file, with its caption beside it; returns its path.
-    Raises NoData where there is nothing to draw."""
-    write(path, sized(figure, table, form, WIDTHS[width]))
+    """Draw a figure into a file, fonts embedded; returns its path.
+
+    Its caption goes to files beside it, as text and as LaTeX, unless `path` is a pipe or standard
+    output. Raises NoData if there is nothing to draw.
+    """
+    write(path, printed_figure(figure, table, form, WIDTHS[width]))
     if path.is_file() and open_descriptor(path) is None:  # else a pipe, or standard output
         caption = f"{figure.title.rstrip('.')}. {figure.caption}".strip()
         label = f"\\label{{fig:{figure.name}}}"
@@ -123,32 +128,34 @@ def export_table(
     columns: Sequence[str] = (),
     sort: Sequence[str] = (),
 ) -> None:
-    """Write the table `name` of the report in `out`, or NUMBERS, its numbers as LaTeX macros; print
-    the path.
+    """Write the table `name` of the report in `out`, and print the path.
+
+    For MACROS and "latex", the report's numbers are written as LaTeX macros.
 
     Parameters
     ----------
     to
         the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
     where
-        "column=value": rows to take, which have the value, a text or a number
+        "column=value" with a text or a number: only rows that meet every condition are written
     columns
-        those to take, in this order; () for all
+        columns to write, in this order; () for all
     sort
         columns, most significant first; "-seconds" sorts in descending order
 
     Notes
     -----
     Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
-    Raises typer.BadParameter for a table that cannot be read, an unknown column or value.
+    Raises typer.BadParameter for a table that cannot be read, for a malformed condition, and for an
+    unknown column or value.
     """
     path = to or out / "tables" / f"{name}{SUFFIXES[form]}"
-    if name == NUMBERS and form == "latex":
+    if name == MACROS and form == "latex":
         if not (out / CLAIMS).is_file():
             raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
         content: str | bytes = numbers(out)
     else:
-        with as_usage_error(OSError, ValueError, before=f"{name}.csv cannot be read: "):
+        with as_usage_error(OSError, ValueError, prefix=f"{name}.csv cannot be read: "):
             table = read_csv(tables(out)[name])  # pandas' own errors are ValueErrors
         table = selected(table, where, with_bounds(table, columns), sort)
         origins = read_origins(out)
@@ -160,7 +167,7 @@ def export_table(
 
 
 def with_bounds(table: pd.DataFrame, columns: Sequence[str]) -> Sequence[str]:
-    """The columns, and after errors whether each is a bound where any of them is one."""
+    """The columns, with "error_is_bound" appended if they have errors, some of which are bounds."""
     if "error" not in columns or "error_is_bound" in columns or "error_is_bound" not in table:
         return columns
     return [*columns, *(["error_is_bound"] * bool(table["error_is_bound"].any()))]
@@ -176,25 +183,26 @@ def selected(
             raise typer.BadParameter(f"--where expects column=value; received {condition!r}.")
         check_known("column", column, list(table))
         text = table[column].astype(str)
-        same = text == value
-        same |= pd.to_numeric(table[column], errors="coerce") == pd.to_numeric(value, "coerce")
-        if not same.any():
+        matches = text == value
+        matches |= pd.to_numeric(table[column], errors="coerce") == pd.to_numeric(value, "coerce")
+        if not matches.any():
             check_known(column, value, text.dropna().unique().tolist())
-        table = table[same]
-    by = [word.removeprefix("-") for word in sort]
-    for column in (*columns, *by):
+        table = table[matches]
+    sort_columns = [word.removeprefix("-") for word in sort]
+    for column in (*columns, *sort_columns):
         check_known("column", column, list(table))
-    rising = [not word.startswith("-") for word in sort]
-    table = table.sort_values(by, ascending=rising, kind="stable", ignore_index=True)
+    ascending = [not word.startswith("-") for word in sort]
+    table = table.sort_values(sort_columns, ascending=ascending, kind="stable", ignore_index=True)
     return table[list(columns)] if columns else table
 
 
 def _formatted(table: pd.DataFrame, form: str, name: str, caption: str) -> str | bytes:
+    """The content of a file: csv, parquet, latex or markdown; name and caption are for LaTeX."""
     if form == "csv":
         return as_csv(table)
     if form == "parquet":
-        with as_usage_error(ImportError, before="Parquet needs pyarrow (pip install pyarrow): "):
+        with as_usage_error(ImportError, prefix="Parquet needs pyarrow (pip install pyarrow): "):
             return table.to_parquet(engine="pyarrow", index=False)
     numbers = table.apply(pd.to_numeric, errors="coerce").astype(object)
-    shown = numbers.where(numbers.notna(), table)  # also beside texts, as "not reached"
-    return as_latex(shown, caption, f"tab:{name}") if form == "latex" else as_markdown(shown)
+    mixed = numbers.where(numbers.notna(), table)  # also beside texts, as "not reached"
+    return as_latex(mixed, caption, f"tab:{name}") if form == "latex" else as_markdown(mixed)

@@ -1,4 +1,4 @@
-"""The argument and the progress of a command that Python starts, as `galvi.judge` does."""
+"""Commands that a Python function such as `galvi.judge` starts: their argument and progress."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from galvi.interop.suite_process import HANDED_OVER
 
 
 def handed_over(file: Path, call: str) -> Any:
-    """The value that this process was started with.
+    """The pickled argument that the calling process wrote to `file`.
 
     Parameters
     ----------
     call
-        what writes such a file, as in "galvi.judge(problem)"
+        the call that writes such a file, such as "galvi.judge(problem)"
 
     Raises
     ------
     ValueError
-        For any other file, since loading a pickle runs whatever it says.
+        If the hash of the file is not the one that the caller handed over, since loading a pickle
+        can run any code; and if a function in it cannot be imported.
     """
     pickled = file.read_bytes()
     if os.environ.get(HANDED_OVER) != hashlib.sha256(pickled).hexdigest():
@@ -41,7 +42,7 @@ def handed_over(file: Path, call: str) -> Any:
 
 
 def show_progress(command: str, sentence: str) -> None:
-    """Show a sentence: on a terminal in place of the last one, elsewhere on a line of its own."""
+    """Print a sentence on stderr; on a terminal it replaces the previous one."""
     if sys.stderr.isatty():
         print(f"\r\033[K{sentence}", end="", file=sys.stderr, flush=True)
     elif sentence:

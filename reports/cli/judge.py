@@ -1,4 +1,4 @@
-"""`judge`: how wrong a model's own run is, as sentences, a page, JSON, JUnit XML and a status."""
+"""`judge`: the error of a model's own run, as sentences, a page, JSON, JUnit XML and a status."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ progress = partial(show_progress, "judge")
 
 
 def judgement_of(file: Path, request: JudgeRequest) -> Judgement:
-    """The judgement of the model in a file. Raises REFUSALS for what cannot be judged."""
+    """The judgement of the model in a file. Raises REFUSALS if it cannot be judged."""
     try:
         model = read_model(file, request)
     except BeyondTrees as error:
-        in_python, option = f"ignore={error.names!r}", f'--ignore "{",".join(error.names)}"'
-        raise ValueError(str(error).replace(in_python, option)) from None
+        python_argument, option = f"ignore={error.names!r}", f'--ignore "{",".join(error.names)}"'
+        raise ValueError(str(error).replace(python_argument, option)) from None
     judgement = judge(
         model, request.duration, request.error, request.own, progress, request.quick, _show_first
     )
@@ -41,8 +41,10 @@ def judgement_of(file: Path, request: JudgeRequest) -> Judgement:
 
 
 def read_model(file: Path, request: JudgeRequest) -> Model:
-    """The model of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do, and
-    ValueError for an option of the other kind."""
+    """Read a model: by MuJoCo for its suffixes, else by REBOUND.
+
+    Raises the exceptions of the reader, and ValueError for an option of the other engine.
+    """
     if request.is_problem:
         problem = handed_over(file, "galvi.judge(problem)")
         return kind_of(problem).model(problem)
@@ -76,15 +78,21 @@ def _show_first(judgement: Judgement) -> None:
 def report_judgement(
     judgement: Judgement, file: Path, error: float | None, out: Path, command: str, called: str
 ) -> int:
-    """Write the page, JSON and JUnit XML, and print sentences; 1 when an error was asked for that
-    the user's own run does not reach, else 0.
+    """Write the page, JSON and JUnit XML, and print sentences.
 
     Parameters
     ----------
+    error
+        largest acceptable error; None for no limit
     command
-        as typed
+        the command line as typed
     called
-        its words before "judge", such as "galvi"
+        the words of the command before "judge", such as "galvi"
+
+    Returns
+    -------
+    int
+        The exit status: 1 if the user's own run does not reach `error`, else 0.
     """
     page = write_judgement(judgement, file.name, provenance(command), out)
     suites = junit_suites(judgement, file, error)

@@ -16,8 +16,8 @@ from reports.cli.options import (
     Quick,
     Require,
     Timeout,
+    is_typed,
     options_of,
-    typed,
 )
 from reports.results.options import OUT
 
@@ -57,15 +57,15 @@ def verify_claims(
 ) -> int:
     """Check the claims. Exit 1 when a verdict is not as expected."""
     from reports.build.verify import selected, verify
-    from reports.results.own_problems import joined
+    from reports.results.own_problems import with_contenders
 
-    with joined(context.obj.load(), contender or (), timeout) as suite:
+    with with_contenders(context.obj.load(), contender or (), timeout) as suite:
         options = options_of(
             context, suite, out, claims, require, quick=quick, fail_under=fail_under
         )
         passed = verify(suite, selected(suite, options, matching, failed)).holds
-        at_fault = _print_failures(suite.faults())
-    return int(not passed or (at_fault and fail_under == 100.0))
+        has_faults = _print_failures(suite.faults())
+    return int(not passed or (has_faults and fail_under == 100.0))
 
 
 def compare_methods(
@@ -91,23 +91,23 @@ def compare_methods(
     """Time galvi and other codes at matched error."""
     from reports.build.compare import compare
     from reports.build.sections import study
-    from reports.results.own_problems import joined, narrowed, with_problems
+    from reports.results.own_problems import with_contenders, with_problems, with_selected_problems
     from reports.results.section_result import runnable
 
     full_suite = context.obj.load()
     if problem:
         full_suite = with_problems(full_suite, problem, bool(contender))
     if only:
-        with as_usage_error(ValueError, before="--only: "):
-            full_suite = narrowed(full_suite, only, quick)
-    if not typed(context, "out"):
+        with as_usage_error(ValueError, prefix="--only: "):
+            full_suite = with_selected_problems(full_suite, only, quick)
+    if not is_typed(context, "out"):
         out /= "only" if only else "own" if problem else ""  # full results stay
-    with joined(full_suite, contender or (), timeout) as suite:
+    with with_contenders(full_suite, contender or (), timeout) as suite:
         options = options_of(context, suite, out, quick=quick)
-        chosen = runnable([section for section in suite.sections if section.compared])
+        studies = runnable([section for section in suite.sections if section.compared])
         failures = [
             *compare(suite, options).failures,
-            *(section.failure for section in study(suite, options, chosen)),
+            *(section.failure for section in study(suite, options, studies)),
             *suite.faults(),
         ]
     print(f"Tables are in {options.out / 'tables'}.")
@@ -144,18 +144,18 @@ def build_all(
 ) -> int:
     """Measure everything and write the pages. Resumes an interrupted build."""
     from reports.build.build import build, build_kept
-    from reports.results.own_problems import joined
+    from reports.results.own_problems import with_contenders
 
     full_suite = context.obj.load()
     if from_rows:
-        with as_usage_error(ValueError, before="--kept: "):
+        with as_usage_error(ValueError, prefix="--kept: "):
             warnings = build_kept(
                 full_suite, options_of(context, full_suite, out), single, tutorials
             )
         return int(tutorials and bool(warnings))
     if tutorials:
         raise typer.BadParameter("--tutorials requires --kept.")
-    with joined(full_suite, contender or (), timeout) as suite:
+    with with_contenders(full_suite, contender or (), timeout) as suite:
         options = options_of(
             context,
             suite,
@@ -167,8 +167,8 @@ def build_all(
             anew=anew,
         )
         verified, comparison, sections = build(suite, options, single)
-        of_sections = [section.failure for section in sections]
-        failures = [*comparison.failures, *of_sections, *suite.faults()]
+        section_failures = [section.failure for section in sections]
+        failures = [*comparison.failures, *section_failures, *suite.faults()]
     return int(_print_failures(failures) or not verified.holds)
 
 
@@ -181,7 +181,7 @@ def long_studies(
     from reports.build.sections import run_long_forms
 
     suite = context.obj.load()
-    with as_usage_error(ValueError, before="--only: "):
+    with as_usage_error(ValueError, prefix="--only: "):
         failures = run_long_forms(suite, options_of(context, suite, out), only)
     return int(_print_failures(failures))
 
@@ -195,7 +195,7 @@ def warm_kernels() -> int:
 
 
 def _print_failures(failures: Iterable[str]) -> bool:
-    """Print each sentence once, on stderr; returns whether there was any, besides ""."""
+    """Print each distinct sentence on stderr, omitting ""; returns whether any was printed."""
     sentences = dict.fromkeys(filter(None, failures))
     for sentence in sentences:
         print(sentence, file=sys.stderr)

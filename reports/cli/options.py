@@ -1,4 +1,4 @@
-"""The options that several commands share, each declared once, and how their texts are read."""
+"""Options that several commands share, and the parsers of their texts."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ import typer
 from benchmarks.store.atomic import write
 from references.setting import nearest
 from reports.cli.project import CONTENDERS_CLAIMS, TABLE
-from reports.results.options import OF_CONTENDERS, OWN_FOLDER, Options
+from reports.results.options import CONTENDER_PREFIX, PROJECT_FOLDER, Options
 
 if TYPE_CHECKING:
     from benchmarks.checks.claim import Claim
     from reports.results.suite import Suite
 
-LONGEST_TIMEOUT = 86_400  # seconds: a day
-LISTED = 20  # words that are listed where another one is typed
+MAX_TIMEOUT = 86_400  # seconds: a day
+MAX_LISTED = 20  # largest number of choices that a message lists
 
 
 @dataclass(frozen=True)
 class Invocation:
-    """The context's `obj`: what a command gets besides its options.
+    """The `obj` of a command's context.
 
     Attributes
     ----------
     load
-        the suite, imported when called
+        returns the suite, which it imports
     command
-        as typed
+        the command line as typed
     called
-        the words before the command, such as "galvi"
+        the words before the command's name, such as "galvi"
     """
 
     load: Callable[[], Suite]
@@ -43,8 +43,7 @@ class Invocation:
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
-    """Parser of an option: the entries of a list with commas. Raises typer.BadParameter where there
-    are none."""
+    """The entries of a text, separated by commas. Raises typer.BadParameter if there are none."""
     entries = tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
     if not entries:
         raise typer.BadParameter(f"Expected words, separated by commas; received {text!r}.")
@@ -85,15 +84,15 @@ Timeout = Annotated[
         "--timeout",
         metavar="SECONDS",
         min=0.1,
-        max=LONGEST_TIMEOUT,
+        max=MAX_TIMEOUT,
         help="Time limit for one run of an external integrator.",
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Output folder.")]
 
 
-def typed(context: typer.Context, parameter: str) -> bool:
-    """Whether the parameter is from the command line, not a default or from the project's table."""
+def is_typed(context: typer.Context, parameter: str) -> bool:
+    """Whether the parameter was given on the command line, not by default or by TABLE."""
     source = context.get_parameter_source(parameter)
     return source is not None and source.name == "COMMANDLINE"
 
@@ -106,16 +105,17 @@ def options_of(
     require: Sequence[str] | None = None,
     **fields: Any,
 ) -> Options:
-    """The options of a command on the suite, whose output folder is made; `fields` as in Options.
+    """The options of a command on the suite; `fields` are further fields of Options.
 
-    Raises typer.BadParameter for claims and engines that are not there.
+    Makes the output folder. Raises typer.BadParameter for a folder that is not writable, and for
+    unknown claims and engines.
     """
-    chosen = choose_claims(claims or (), suite.claims)
+    selected_ids = choose_claims(claims or (), suite.claims)
     engines = tuple(dict.fromkeys(require or ()))
     for engine in engines:
         check_known("engine", engine, suite.engines())
     return Options(
-        claims=chosen,
+        claims=selected_ids,
         require=engines,
         out=output_folder(out),
         command=context.obj.command,
@@ -125,13 +125,18 @@ def options_of(
 
 
 def output_folder(out: Path, option: str = "--out") -> Path:
-    """Make the folder that an option names, and return it. Raises typer.BadParameter where nothing
-    can be written in it."""
+    """Make the folder that an option names, and return it.
+
+    Raises typer.BadParameter if the folder cannot be made or is not writable.
+    """
     try:
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
-        if out.parts[:1] == (OWN_FOLDER,) and not (Path(OWN_FOLDER) / ".gitignore").exists():
-            write(Path(OWN_FOLDER) / ".gitignore", "*\n")
+        if (
+            out.parts[:1] == (PROJECT_FOLDER,)
+            and not (Path(PROJECT_FOLDER) / ".gitignore").exists()
+        ):
+            write(Path(PROJECT_FOLDER) / ".gitignore", "*\n")
     except OSError as error:
         raise typer.BadParameter(
             f"{option} expects a folder to write in; received {out}: {error.strerror}."
@@ -139,12 +144,12 @@ def output_folder(out: Path, option: str = "--out") -> Path:
     return out
 
 
-def check_known(kind: str, word: str, choices: Collection[str]) -> None:
-    """Raise typer.BadParameter, naming the nearest choice, for a word that is no choice."""
-    if word not in choices:
-        among = f" among {', '.join(choices)}" if 0 < len(choices) <= LISTED else ""
-        hint = f"did you mean {nearest(word, choices)!r}?" if choices else "there are none here."
-        raise typer.BadParameter(f"There is no {kind} {word!r}{among}; {hint}")
+def check_known(kind: str, name: str, choices: Collection[str]) -> None:
+    """Raise typer.BadParameter, with the nearest choice, if `name` is not among the choices."""
+    if name not in choices:
+        listed_choices = f" among {', '.join(choices)}" if 0 < len(choices) <= MAX_LISTED else ""
+        hint = f"did you mean {nearest(name, choices)!r}?" if choices else "there are none here."
+        raise typer.BadParameter(f"There is no {kind} {name!r}{listed_choices}; {hint}")
 
 
 def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[str, ...]:
@@ -153,8 +158,8 @@ def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[st
     Parameters
     ----------
     selection
-        ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong to
-        external integrators; the parts of a place that has a comma are joined again
+        ids, places in the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all claims of
+        external integrators; the parts of a single place that has commas are joined again
 
     Notes
     -----
@@ -164,14 +169,14 @@ def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[st
     from benchmarks.claims.statements import claims_by_place, why_unchecked  # they bring pandas
 
     ids = [claim.id for claim in claims]
-    of_contenders = {id for id in ids if id.startswith(OF_CONTENDERS)}
-    names = {id: {id} for id in ids} | {CONTENDERS_CLAIMS: of_contenders}
+    contender_ids = {id for id in ids if id.startswith(CONTENDER_PREFIX)}
+    names = {id: {id} for id in ids} | {CONTENDERS_CLAIMS: contender_ids}
     if not set(selection) <= set(names):
         names |= claims_by_place(claims)
-    together = ", ".join(selection)
-    chosen = set[str]()
-    for word in [together] if together in names else selection:
-        if word.startswith((OF_CONTENDERS, CONTENDERS_CLAIMS)) and not of_contenders:
+    joined_selection = ", ".join(selection)
+    selected_ids = set[str]()
+    for word in [joined_selection] if joined_selection in names else selection:
+        if word.startswith((CONTENDER_PREFIX, CONTENDERS_CLAIMS)) and not contender_ids:
             raise typer.BadParameter(
                 f"There is no claim {word!r}; such claims belong to an external integrator: add it "
                 f"with --contender package.module:Class, or as contenders of {TABLE}."
@@ -181,5 +186,5 @@ def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[st
             raise typer.BadParameter(
                 f"No claim checks what is printed at {word!r} ({why_unchecked(word)})."
             )
-        chosen |= names[word]
-    return tuple(id for id in ids if id in chosen or not selection)
+        selected_ids |= names[word]
+    return tuple(id for id in ids if id in selected_ids or not selection)

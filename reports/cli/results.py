@@ -10,12 +10,12 @@ from typing import Annotated, Any, Literal
 import typer
 
 from reports.cli.endings import as_usage_error
-from reports.cli.options import Out, check_known, comma_separated, output_folder, typed
+from reports.cli.options import Out, check_known, comma_separated, is_typed, output_folder
 from reports.results.options import OUT
 
 STDOUT = Path("/dev/stdout")
 KIT = "kit"
-KIT_TAKES = ("name", "to", "out")
+KIT_PARAMETERS = ("name", "to", "out")
 
 
 def export(
@@ -80,7 +80,7 @@ def export(
         raise typer.BadParameter("Expected exactly one of NAME, --list and --all.")
     if export_all and to:
         raise typer.BadParameter("--all does not take --to.")
-    is_picture = form in work.PICTURES
+    is_picture = form in work.PICTURE_FORMATS
     if any((where, columns, sort)) and (is_picture or not name):
         raise typer.BadParameter("--sort, --where and --columns are for one table.")
     to = STDOUT if to == Path("-") else to
@@ -97,10 +97,13 @@ def export(
 
 
 def _export_kit(context: typer.Context, to: Path | None, out: Path) -> int:
-    """Write the kit, and print its folder. Raises typer.BadParameter for options that it does not
-    take, and for a folder with other contents or in which nothing can be written."""
+    """Write the kit, and print its folder.
+
+    Raises typer.BadParameter for an option that the kit does not take, and for a folder that has
+    other contents or is not writable.
+    """
     for parameter in context.command.params:
-        if parameter.name not in KIT_TAKES and typed(context, parameter.name or ""):
+        if parameter.name not in KIT_PARAMETERS and is_typed(context, parameter.name or ""):
             raise typer.BadParameter(
                 f"{KIT} takes only --to and --out; leave out {parameter.opts[0]}."
             )
@@ -120,13 +123,13 @@ def _export_kit(context: typer.Context, to: Path | None, out: Path) -> int:
 
 
 def _check_tables(context: typer.Context, out: Path, names: Sequence[str], form: str) -> None:
-    """Raises typer.BadParameter where there is no table, or none of one of these names."""
+    """Raise typer.BadParameter if `out` has no tables, or none of one of these names."""
     from reports.cli import export as work
 
     tables = [*work.tables(out)]
     if not tables:
         raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
-    exportable = [*tables, work.NUMBERS] if form == "latex" else tables
+    exportable = [*tables, work.MACROS] if form == "latex" else tables
     for name in names:
         if name not in exportable and name in work.figures(context.obj.load(), out):
             raise typer.BadParameter(f"{name!r} is a figure: add --format pdf, svg or png.")
@@ -143,7 +146,7 @@ def merge_reports(
     """Add rows and benches of other machines."""
     from reports.results.machines import merge
 
-    with as_usage_error(ValueError, before="merge: "):
+    with as_usage_error(ValueError, prefix="merge: "):
         print("\n".join(merge(output_folder(out), folders)))
     return 0
 

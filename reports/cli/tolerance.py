@@ -1,4 +1,4 @@
-"""`tolerance`: what bound a regression test of a user's own run should have."""
+"""`tolerance`: the bounds that a regression test of a user's own run should have."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ progress = partial(show_progress, COMMAND)
 
 
 def tolerance_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Tolerance:
-    """The tolerance of the run of a file. Raises REFUSALS for what cannot be carried out."""
+    """Measure the tolerance of a file's run. Raises REFUSALS if that cannot be carried out."""
     run = read_own_run(file, request)
-    releases, halved = requested_releases(run.package, texts) if texts else ([], False)
-    if halved:
+    releases, is_range = requested_releases(run.package, texts) if texts else ([], False)
+    if is_range:
         raise ValueError(
             f"--releases of tolerance expects a list as 3.17.0,4.0.1; received the range "
             f"{RANGE.join(releases)}, which is for `galvi versions`."
@@ -53,13 +53,18 @@ def tolerance_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: P
 
 
 def report_tolerance(tolerance: Tolerance, file: str, out: Path, command: str) -> int:
-    """Write tables and tolerance.json, and print sentences; 0 where there are bounds for the end
-    that hold for every release that was named, else 1.
+    """Write tables and tolerance.json, and print sentences.
 
     Parameters
     ----------
     command
-        as typed
+        the command line as typed
+
+    Returns
+    -------
+    int
+        The exit status: 0 if there are bounds at the end that hold for every release that was
+        named, else 1.
     """
     facts, summary = provenance(command), list(sentences(tolerance))
     values = {"model": file, **contents(tolerance), "summary": summary, "provenance": facts}

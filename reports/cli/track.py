@@ -34,7 +34,7 @@ from reports.tracking.junit_cases import as_junit, junit_cases
 from reports.tracking.outcome import as_json, summary
 from reports.tracking.record import STORE
 from reports.tracking.tracked_problems import contender_cases
-from reports.tracking.worker import CONTENDER_SECONDS, SECONDS
+from reports.tracking.worker import ANSWER_SECONDS, CONTENDER_SECONDS
 
 THRESHOLDS = Thresholds()
 
@@ -59,7 +59,7 @@ def track_command(
     timeout
         seconds for each answer of a side; None for the default
     thresholds
-        what counts as worse in the contenders
+        increases of a contender's time and error that count as worse
 
     Notes
     -----
@@ -73,14 +73,14 @@ def track_command(
         raise typer.BadParameter("--slower and --less-accurate are for a --contender.")
     if contenders and (only or isolate):
         raise typer.BadParameter("--only and --isolate are not for a --contender.")
-    limit = timeout or (CONTENDER_SECONDS if contenders else SECONDS)
+    answer_seconds = timeout or (CONTENDER_SECONDS if contenders else ANSWER_SECONDS)
     try:
         if contenders:
             sides = project_checkouts(against, Path.cwd())
-            cases = contender_cases(contenders, limit, thresholds)
+            cases = contender_cases(contenders, answer_seconds, thresholds)
         else:
             sides, cases = checkouts(against, ROOT), choose_cases(only, quick)
-        return track_against(sides, cases, out, provenance, isolate, limit)
+        return track_against(sides, cases, out, provenance, isolate, answer_seconds)
     except ContenderError as error:
         raise typer.BadParameter(f"--contender: {error}") from None
     except CannotCompare as error:
@@ -89,7 +89,11 @@ def track_command(
 
 
 def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
-    """Benchmarks whose name contains one of the texts; without texts, the quick ones or all."""
+    """The benchmarks whose names contain one of the texts, in any case.
+
+    Without texts, the quick benchmarks if `quick`, else all. Raises typer.BadParameter for a text
+    that no name contains.
+    """
     for text in only:
         if not any(text.lower() in case.name.lower() for case in CASES):
             raise typer.BadParameter(
@@ -102,33 +106,39 @@ def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
 
 
 def track_against(
-    both: AbstractContextManager[tuple[Checkout, Checkout]],
+    sides: AbstractContextManager[tuple[Checkout, Checkout]],
     cases: Sequence[Case],
     out: Path,
     provenance: Mapping[str, str],
     isolate: bool,
-    limit: float = SECONDS,
+    limit: float = ANSWER_SECONDS,
 ) -> int:
-    """Compare the working tree with a revision; print, and write against.md, against.json,
-    track.xml, track-*.json and, of another project's integrators, a bench for the history.
+    """Compare the working tree with a revision; print the outcome, and write against.md,
+    against.json, track.xml, track-*.json and, where the yardstick was timed, a bench for the
+    history.
 
     Parameters
     ----------
     both
-        a context of base and head
+        a context that yields base and head
     limit
         seconds for each answer of a side
 
     Returns
     -------
     int
-        0 when nothing got worse, 1 when something did. Raises CannotCompare.
+        The exit status: 1 if something got worse, else 0.
+
+    Raises
+    ------
+    CannotCompare
+        If no benchmark could be compared, unless all integrators are new.
     """
     with ExitStack() as stack:
         # SIGTERM acts as an interrupt, so that folders and processes are cleaned up.
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-        stack.callback(signal.signal, signal.SIGTERM, before)
-        base, head = stack.enter_context(both)
+        previous_handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        stack.callback(signal.signal, signal.SIGTERM, previous_handler)
+        base, head = stack.enter_context(sides)
         if isolate:
             base, head = isolated(base), isolated(head)
         outcome = compare(base, head, cases, stack.enter_context(Studies(3)), limit)
@@ -140,7 +150,7 @@ def track_against(
     write_job_summary(text)
     store_bench(outcome, head, out / STORE)
     print(outcome.report(), outcome, *github_annotations(cases), sep="\n")
-    new = all(finding.pair.case.contender in outcome.new for finding in outcome.findings)
-    if not outcome.compared and not new:
+    all_new = all(finding.pair.case.contender in outcome.new for finding in outcome.findings)
+    if not outcome.compared and not all_new:
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")
-    return int(outcome.red)
+    return int(outcome.has_alarms)

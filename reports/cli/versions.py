@@ -32,22 +32,22 @@ progress = partial(show_progress, COMMAND)
 
 
 def versions_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Versions:
-    """The behaviour of a file's run in the requested releases. Raises REFUSALS for what cannot be
-    carried out."""
+    """Compare a file's run in the requested releases. Raises REFUSALS if that cannot be carried
+    out."""
     run = read_own_run(file, request)
-    named, halved = requested_releases(run.package, texts)
-    versions = compare_releases(run, named, halved, out, progress)
+    releases, is_range = requested_releases(run.package, texts)
+    versions = compare_releases(run, releases, is_range, out, progress)
     progress("")
     return versions
 
 
 def report_versions(versions: Versions, file: str, out: Path, command: str) -> int:
-    """Write the table and versions.json, and print sentences; 0, whether or not anything changed.
+    """Write the table and versions.json, and print sentences; returns 0, even if a result changed.
 
     Parameters
     ----------
     command
-        as typed
+        the command line as typed
     """
     facts, run = provenance(command), versions.run
     summary = list(sentences(versions))

@@ -1,4 +1,4 @@
-"""A figure in words, from what was drawn: the alternative text of its picture."""
+"""The alternative text of a picture, from the artists of its figure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
-MAX_ENTRIES = 8  # entries of the legend that are listed
+MAX_LEGEND_ENTRIES = 8  # entries of the legend that are listed
 SIGNS = {
     r"\pi": "pi",
     r"\infty": "infinity",
@@ -24,21 +24,25 @@ SIGNS = {
 
 
 def describe(canvas: Canvas) -> str:
-    """Sentences on axes, ranges and legend of every panel; no mathematics."""
+    """Sentences on the axes, ranges and titles of all panels, and on the legend, in plain text."""
     panels = [sentence for axes in canvas.axes if (sentence := _panel(axes))]
     entries = [plain(text.get_text()) for drawn in canvas.legends for text in drawn.get_texts()]
-    omitted = f"; and {len(entries) - MAX_ENTRIES} more" if len(entries) > MAX_ENTRIES else ""
+    omitted = (
+        f"; and {len(entries) - MAX_LEGEND_ENTRIES} more"
+        if len(entries) > MAX_LEGEND_ENTRIES
+        else ""
+    )
     return " ".join(
         [
             *([f"{len(canvas.axes)} panels."] if len(canvas.axes) > 1 else []),
             *panels,
-            *([f"Legend: {'; '.join(entries[:MAX_ENTRIES])}{omitted}."] if entries else []),
+            *([f"Legend: {'; '.join(entries[:MAX_LEGEND_ENTRIES])}{omitted}."] if entries else []),
         ]
     )
 
 
 def plain(text: str) -> str:
-    """TeX mathematics and line breaks as plain text."""
+    """The text with TeX mathematics in plain characters and on one line."""
     for sign, word in SIGNS.items():
         text = text.replace(sign, word)
     text = re.sub(r"\\(?:text|mathrm)?|[${}]", "", text)
@@ -56,7 +60,7 @@ def _panel(axes: Axes) -> str:
 
 
 def _axis(axis: Axis) -> str:
-    """The label of an axis with the range of what is drawn, where there are numbers."""
+    """The label of an axis with the range of its data, if that is finite; "" without a label."""
     label = plain(axis.get_label_text())
     low, high = axis.get_data_interval()
     low = axis.get_minpos() if axis.get_scale() == "log" else low

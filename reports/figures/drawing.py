@@ -1,4 +1,4 @@
-"""Draw every figure of the report, with a sentence for each that could not be drawn."""
+"""Draw all figures of the report, with a sentence for each that could not be drawn."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
-from reports.figures.picture import ENDS, Picture, picture, slug, write_files
+from reports.figures.picture import SUFFIXES, Picture, picture, slug, write_files
 from reports.figures.profiles import PROFILES
 from reports.figures.style.decades import error_label
 from reports.figures.work_precision import work_precision
@@ -33,7 +33,7 @@ class Gallery:
     missing: dict[str, str]
 
 
-UNITS = {
+ERROR_MEASURES = {
     POSITION: "Largest distance of a body from its true position",
     ATTITUDE: "Largest entry of R - R_true",
     COORDINATES: "Largest difference of a coordinate",
@@ -42,33 +42,38 @@ UNITS = {
 }
 
 
-NOT_COMPACT = ("heyoka, chains", "heyoka, Lagrangians")
-NOT_DONE = {  # by galvi, of what the codes beside it do
+FAST_HEYOKA = ("heyoka, chains", "heyoka, Lagrangians")
+MISSING_FEATURES = {  # quantity -> a sentence on features of the other codes that galvi lacks
     POSITION: "galvi merges and bounces nothing, and sums all pairs of bodies directly.",
     COORDINATES: "galvi has no constraints between coordinates.",
 }
-BODIES_NOT_DONE = "galvi has no contacts, joint limits or closed loops, which MuJoCo has."
+MISSING_BODY_FEATURES = "galvi has no contacts, joint limits or closed loops, which MuJoCo has."
 
 
 def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
-    """Errors against times on one problem; who is fastest where is its title."""
+    """The figure of errors against times on one problem; its title says who is fastest where."""
     quantity = str(runs["quantity"].iloc[0])
-    who = summary_sentences(matched(runs))
+    rankings = summary_sentences(matched(runs))
     return Figure(
         name=slug(problem),
-        title=who[0].rstrip(".") if who else f"{label_of(problem).title}: error against time",
+        title=rankings[0].rstrip(".")
+        if rankings
+        else f"{label_of(problem).title}: error against time",
         draw=work_precision,
         options={"ylabel": error_label(problem, quantity)},
-        caption=f"{UNITS[quantity]}, or that of the next finer setting where it is larger. The "
+        caption=f"{ERROR_MEASURES[quantity]}, or that of the next finer setting where it is "
+        "larger. The "
         "fronts: settings that no other of the code beats in both; of galvi one line for each "
         "degree, whatever points and chart, darker with the degree. All points are of the same "
         "rounds, in which all settings took turns; bars: the fastest and the slowest round. "
-        f"{_of_drawn(runs)} {NOT_DONE.get(quantity, BODIES_NOT_DONE)}".replace("  ", " "),
+        f"{_caption_of_runs(runs)} {MISSING_FEATURES.get(quantity, MISSING_BODY_FEATURES)}".replace(
+            "  ", " "
+        ),
         size=(6.4, 4.8),
     )
 
 
-def _of_drawn(runs: pd.DataFrame) -> str:
+def _caption_of_runs(runs: pd.DataFrame) -> str:
     """Caption sentences on features that only some of these figures show."""
     measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
     names = list(measured["contender"].unique())
@@ -82,7 +87,7 @@ def _of_drawn(runs: pd.DataFrame) -> str:
         'The general kernel is galvi\'s with solver="newton".': any(
             name.endswith("general kernel") for name in names
         ),
-        "heyoka without its compact mode.": not set(NOT_COMPACT).isdisjoint(names),
+        "heyoka without its compact mode.": not set(FAST_HEYOKA).isdisjoint(names),
         "The dotted vertical line marks the time of the run that is the reference.": bool(
             (runs["is_truth"] & (runs["seconds"] > 0)).any()
         ),
@@ -101,19 +106,21 @@ def draw(
     Parameters
     ----------
     map_figures
-        map, or one that does the same in several processes
+        map, or its equivalent in several processes
     """
-    wanted = list(drawable(checked, comparison, sections))
-    measured = [(figure, table) for figure, table in wanted if table is not None]
-    pictures = {figure.name: "what it shows was not run." for figure, _ in wanted}
+    figures_and_tables = list(drawable(checked, comparison, sections))
+    measured = [(figure, table) for figure, table in figures_and_tables if table is not None]
+    pictures = {figure.name: "what it shows was not run." for figure, _ in figures_and_tables}
     pictures |= zip(
-        (figure.name for figure, _ in measured), map_figures(_drawn, measured), strict=True
+        (figure.name for figure, _ in measured),
+        map_figures(_draw_or_explain, measured),
+        strict=True,
     )
     return Gallery(
         {name: drawn for name, drawn in pictures.items() if isinstance(drawn, Picture)},
         {
             figure.name: f"{figure.source or figure.title} is not drawn: {pictures[figure.name]}"
-            for figure, _ in wanted
+            for figure, _ in figures_and_tables
             if isinstance(pictures[figure.name], str)
         },
     )
@@ -124,7 +131,7 @@ def drawable(
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
 ) -> Iterator[tuple[Figure, pd.DataFrame | None]]:
-    """Every figure with the table it is drawn from; None where that was not measured."""
+    """Every figure with the table that it is drawn from, None if that was not measured."""
     for figure in FIGURES:
         source = first_measured(checked, figure.claims)
         yield figure, None if source is None else source.table
@@ -140,17 +147,16 @@ def drawable(
 
 
 def save(gallery: Gallery, folder: Path) -> None:
-    """Write NAME.svg, NAME.png and NAME-narrow.svg, and remove the earlier files of figures that
-    are missing now."""
+    """Write the files of all pictures, and remove the earlier files of figures that are missing."""
     for drawn in gallery.pictures.values():
         write_files(drawn, folder)
     for name in gallery.missing:
-        for end in ENDS:
-            (folder / f"{name}{end}").unlink(missing_ok=True)
+        for suffix in SUFFIXES:
+            (folder / f"{name}{suffix}").unlink(missing_ok=True)
 
 
-def _drawn(job: tuple[Figure, pd.DataFrame]) -> Picture | str:
-    """The picture, or why there is none."""
+def _draw_or_explain(job: tuple[Figure, pd.DataFrame]) -> Picture | str:
+    """The picture of a (figure, table), or the message of the exception that drawing it raised."""
     try:
         return picture(*job)
     except Exception as error:

@@ -27,7 +27,7 @@ CLOCK = {
     "REBOUND TRACE": "REBOUND TRACE",
     "heyoka": "heyoka",
 }
-HOW = (
+CAPTION = (
     "Time to solution of the fastest setting for each error, in the same interleaved rounds; "
     "further left and lower is better. An open mark with an arrow is a bound."
 )
@@ -44,7 +44,7 @@ HEADLINES = (
             },
             "shown": REBOUND,
         },
-        caption=f"{HOW} Error: the largest distance of a body from its true place at the end. "
+        caption=f"{CAPTION} Error: the largest distance of a body from its true place at the end. "
         "WHFast with its best options; WHFast512 is written by hand in AVX-512 instructions for a "
         "star and eight planets.",
         size=(9.0, 4.2),
@@ -61,7 +61,8 @@ HEADLINES = (
             "shown": MUJOCO,
             "marked": (MUJOCO_RK4.name, DEFAULT_STEP, "MuJoCo RK4, default step"),
         },
-        caption=f"{HOW} Error: the largest entry of R - R_true after 20 units of time. MuJoCo is a "
+        caption=f"{CAPTION} Error: the largest entry of R - R_true after 20 units of time. MuJoCo "
+        "is a "
         "general engine, and much of its time is the price of that; its implicit integrator is of "
         f"first order. A circle, where it was run: its RK4 at the default step, {DEFAULT_STEP:g}.",
         size=(9.0, 4.2),
@@ -77,7 +78,7 @@ HEADLINES = (
             },
             "shown": CLOCK,
         },
-        caption=f"{HOW} Error: the largest distance of a body from its true place at the end. "
+        caption=f"{CAPTION} Error: the largest distance of a body from its true place at the end. "
         "A code without a line was not run, did not end its runs, or not within the errors shown.",
         size=(9.0, 4.2),
     ),

@@ -1,4 +1,4 @@
-"""Pictures: sizes, files, animations."""
+"""Draw figures as SVG, PNG and PDF, in several widths."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ METADATA = {
     "png": {"Software": None},
     "pdf": dict.fromkeys(("Creator", "Producer", "CreationDate")),
 }
-ENDS = (".svg", ".png", "-narrow.svg")  # of the names of a picture's files
-PIXELS = 96.0  # of CSS, per inch
-NARROW = 3.75  # inches, on a telephone of 400 pixels with its margins
+SUFFIXES = (".svg", ".png", "-narrow.svg")  # of the names of a picture's files
+PIXELS_PER_INCH = 96.0  # CSS pixels per inch
+NARROW_WIDTH = 3.75  # inches, on a telephone of 400 pixels with its margins
 WIDTHS = {"column": 3.3, "page": 6.9}  # inches
-PRINTED = {"pdf.fonttype": 42, "savefig.dpi": 300}
-SMALL = {
+PRINT_STYLE = {"pdf.fonttype": 42, "savefig.dpi": 300}
+SMALL_STYLE = {
     "font.size": 7.0,
     "axes.titlesize": 7.5,
     "axes.labelsize": 7.0,
@@ -46,11 +46,11 @@ class Picture:
     Attributes
     ----------
     size
-        width and height of the SVG in pixels of CSS
+        width and height of the SVG in CSS pixels
     narrow
-        the SVG for a telephone, of the width NARROW; empty where the figure needs more
+        the SVG for a telephone, NARROW_WIDTH inches wide; empty where the figure needs more
     narrow_size
-        its size
+        width and height of `narrow` in CSS pixels
     """
 
     name: str
@@ -65,39 +65,42 @@ class Picture:
 
 
 def picture(figure: Figure, table: pd.DataFrame) -> Picture:
-    """Draw a figure from its claim's or its study's table."""
+    """Draw a figure from its table. Raises NoData where the table has no number to show."""
     with matplotlib.style.context(STYLE):
-        canvas = drawn(figure, table)
-        png, description = saved(canvas, "png"), describe(canvas)
+        canvas = draw_canvas(figure, table)
+        png, description = picture_bytes(canvas, "png"), describe(canvas)
         files = svg_and_size(canvas)
-        if figure.min_width < NARROW:
-            files += svg_and_size(drawn(figure, table, NARROW))
+        if figure.min_width < NARROW_WIDTH:
+            files += svg_and_size(draw_canvas(figure, table, NARROW_WIDTH))
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     alternative = f"{figure.title}. {description}".strip()
     return Picture(figure.name, title, figure.caption, alternative, png, *files)
 
 
 def svg_and_size(canvas: Canvas) -> tuple[bytes, tuple[int, int]]:
-    """The SVG of a canvas, which moves where it has frames, and its size in pixels of CSS."""
+    """The SVG of a canvas, animated if it has frames, and its width and height in CSS pixels."""
     show_all_frames(canvas)
-    width, height = PIXELS * canvas.get_size_inches()
-    return animated(saved(canvas, "svg")), (round(width), round(height))
+    width, height = PIXELS_PER_INCH * canvas.get_size_inches()
+    return animated(picture_bytes(canvas, "svg")), (round(width), round(height))
 
 
-def sized(figure: Figure, table: pd.DataFrame, form: str, width: float) -> bytes:
-    """The file of a figure that is `width` inches wide.
+def printed_figure(figure: Figure, table: pd.DataFrame, form: str, width: float) -> bytes:
+    """The bytes of a figure's file, for print, `width` inches wide.
 
     Parameters
     ----------
     form
-        pdf, svg or png
+        "pdf", "svg" or "png"
     """
-    with matplotlib.style.context([STYLE, PRINTED, SMALL if width < 3.6 else {}]):
-        return saved(drawn(figure, table, width), form)
+    with matplotlib.style.context([STYLE, PRINT_STYLE, SMALL_STYLE if width < 3.6 else {}]):
+        return picture_bytes(draw_canvas(figure, table, width), form)
 
 
-def drawn(figure: Figure, table: pd.DataFrame, width: float = 0.0) -> Canvas:
-    """The canvas of a figure in the current style, `width` inches wide, or of its own size."""
+def draw_canvas(figure: Figure, table: pd.DataFrame, width: float = 0.0) -> Canvas:
+    """Draw a figure in the current style, `width` inches wide or, for 0, in its own size.
+
+    Raises NoData if `width` is below the figure's `min_width`, or the table has nothing to show.
+    """
     if 0.0 < width < figure.min_width:
         raise NoData(f"it needs {figure.min_width:g} inches; {width:g} were asked for.")
     canvas = Canvas(figure.size, width or figure.size[0])
@@ -106,22 +109,22 @@ def drawn(figure: Figure, table: pd.DataFrame, width: float = 0.0) -> Canvas:
     return canvas
 
 
-def saved(canvas: Canvas, form: str) -> bytes:
-    """The bytes of a canvas as svg, png or pdf, without dates."""
-    into = io.BytesIO()
-    canvas.savefig(into, format=form, metadata=METADATA[form])
-    return into.getvalue()
+def picture_bytes(canvas: Canvas, form: str) -> bytes:
+    """The bytes of a canvas as svg, png or pdf, without dates, so that equal pictures are equal."""
+    buffer = io.BytesIO()
+    canvas.savefig(buffer, format=form, metadata=METADATA[form])
+    return buffer.getvalue()
 
 
 def slug(problem: str) -> str:
-    """A problem's name as a file name."""
+    """The file name, without its extension, of the comparison on a problem."""
     return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
 
 
 def write_files(picture: Picture, folder: Path) -> None:
     """Write the files of a picture, and remove an earlier narrow one where it has none."""
-    for end, content in zip(ENDS, (picture.svg, picture.png, picture.narrow), strict=True):
+    for suffix, content in zip(SUFFIXES, (picture.svg, picture.png, picture.narrow), strict=True):
         if content:
-            write(folder / f"{picture.name}{end}", content)
+            write(folder / f"{picture.name}{suffix}", content)
         else:
-            (folder / f"{picture.name}{end}").unlink(missing_ok=True)
+            (folder / f"{picture.name}{suffix}").unlink(missing_ok=True)

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from benchmarks.work_precision.profiles import profile
-from reports.figures.style.identities import OURS, blue, identity, in_order
+from reports.figures.style.identities import OURS, colour_of_degree, identity, legend_order
 from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure
 from reports.tables.comparison_tables import heading
@@ -47,7 +47,7 @@ def profiles(axes: Axes, runs: pd.DataFrame, *, value: str, xlabel: str) -> None
         panel.set(xscale="log", xlabel=xlabel, ylim=(-0.02, 1.04), title=f"error {heading(error)}")
         for name in names:
             counts = ", ".join(dict.fromkeys(f"{count:.0f}" for count in problem_counts[name]))
-            color = blue(8) if name == OURS else identity(name).color
+            color = colour_of_degree(8) if name == OURS else identity(name).color
             low, middle, high = np.array(profile(table[table["code"] == name][value], x.tolist())).T
             panel.fill_between(x, low, high, step="post", color=color, alpha=0.1, lw=0.0)
             panel.plot(
@@ -72,7 +72,7 @@ def codes_to_draw(counts: pd.Series) -> list[str]:
     chosen = (
         counts[counts >= MIN_PROBLEMS].sort_values(ascending=False, kind="stable").index[:MAX_CODES]
     )
-    return in_order(map(str, chosen))
+    return legend_order(map(str, chosen))
 
 
 BANDS = (

@@ -9,24 +9,27 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from reports.figures.style.decades import readable
+from reports.figures.style.decades import set_readable_ticks
 from reports.figures.style.identities import COLOURS, GUIDE
 from reports.figures.style.layout import split
 
-COMMITS = 12  # more are not all named
+MAX_COMMITS = 12  # largest number of commits that are named on the axis
 
 
 def track_record(axes: Axes, table: pd.DataFrame, *, panels: Sequence[Any]) -> None:
-    """Stacked panels over the same benchmark runs, in order.
+    """Draw stacked panels over the same benchmark runs.
 
     Parameters
     ----------
+    table
+        a row for each run, with its commit
     panels
-        (label, values, changes, logarithmic)
+        (label, values, changes, logarithmic) of each panel; a dashed line precedes each run whose
+        index is in `changes`
     """
     commits = [commit[:8] for commit in table["commit"]]
-    stride = -(-len(commits) // COMMITS)
-    named = range(0, len(commits), stride)
+    stride = -(-len(commits) // MAX_COMMITS)
+    named_runs = range(0, len(commits), stride)
     stacked = split(axes, len(panels), columns=1)
     for row, (panel, (label, values, changes, logarithmic)) in enumerate(
         zip(stacked, panels, strict=True)
@@ -37,11 +40,11 @@ def track_record(axes: Axes, table: pd.DataFrame, *, panels: Sequence[Any]) -> N
         finite = values[np.isfinite(values)]
         if logarithmic and finite.size and finite.min() > 0.0:
             panel.set_yscale("log")
-            readable(panel.yaxis)
+            set_readable_ticks(panel.yaxis)
         elif finite.size and finite.min() >= 0.0:
             panel.set_ylim(0.0, 1.25 * finite.max() or 1.0)
         if not logarithmic:  # errors may be tiny, some of them 0
             panel.ticklabel_format(axis="y", style="plain", useOffset=False)
         panel.set_ylabel(label, fontsize=8)
-        panel.set(xlim=(-0.5, len(commits) - 0.5), xticks=named, xticklabels=[])
-    panel.set_xticks(named, commits[::stride], rotation=40, ha="right")
+        panel.set(xlim=(-0.5, len(commits) - 0.5), xticks=named_runs, xticklabels=[])
+    panel.set_xticks(named_runs, commits[::stride], rotation=40, ha="right")

@@ -12,19 +12,22 @@ from matplotlib.axes import Axes
 
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import error_label
-from reports.figures.style.identities import OURS, identity, in_order
+from reports.figures.style.identities import OURS, identity, legend_order
 from reports.figures.style.layout import NoData, contender_legend, legend, split
 
 TIME = "time to solution [s]"
 
 
 def work_precision(axes: Axes, table: pd.DataFrame, *, ylabel: str) -> None:
-    """One problem: the front of each code in error and time, of galvi one for each degree, with the
-    intervals of times. Errors are those that count in tables too; bounds have a mark of their own.
-    The run that is the truth has a time only, a dotted line in its colour."""
+    """Draw the fronts of error and time on one problem: one for each code, for galvi one for each
+    degree, with the intervals of the times.
+
+    Errors are those of the tables; bounds have a mark of their own. The run that is the truth has
+    no error, and is a vertical dotted line at its time.
+    """
     axes.set(xscale="log", yscale="log", xlabel=TIME, ylabel=ylabel)
     fronts = front(table.assign(contender=table["contender"].map(line_of)))
-    names = in_order(fronts["contender"])
+    names = legend_order(fronts["contender"])
     for name in names:
         plot_front(axes, fronts[fronts["contender"] == name], name, linewidth=1.2)
     contender_legend(axes, names)
@@ -37,20 +40,23 @@ def work_precision(axes: Axes, table: pd.DataFrame, *, ylabel: str) -> None:
 
 
 def line_of(contender: str) -> str:
-    """The line that a contender's runs are on: of galvi's methods their degree's, whatever points
-    and chart; the general kernel, frames and clocks have their own."""
+    """The name of the line on which a contender's runs are drawn.
+
+    galvi's methods of one degree share a line, whatever their points and chart, but for the general
+    kernel; every other contender has its own.
+    """
     degree = re.match(r"galvi degree \d+", contender)
     return contender if degree is None or contender.endswith("general kernel") else degree[0]
 
 
 def plot_front(axes: Axes, runs: pd.DataFrame, name: str, **line: Any) -> None:
-    """The runs of a front in the look of a name: a line, bars from `seconds_low` to `seconds_high`,
-    and an open mark with an arrow downwards at each error that is a bound alone."""
+    """Draw the runs of a front in the identity of a name: a line, bars from `seconds_low` to
+    `seconds_high`, and an open mark with a downward arrow at each error that is a bound."""
     style = identity(name).style
     axes.plot(runs["seconds"], runs["error"], **style, markersize=4.0, **line)
     low, high = (
-        runs.get(end, runs["seconds"]).fillna(runs["seconds"])
-        for end in ("seconds_low", "seconds_high")
+        runs.get(column, runs["seconds"]).fillna(runs["seconds"])
+        for column in ("seconds_low", "seconds_high")
     )
     axes.hlines(runs["error"], low, high, color=style["color"], linewidth=0.9, alpha=0.8)
     bounds = runs[runs["error_is_bound"]]
@@ -76,14 +82,16 @@ def headline(
     shown: Mapping[str, str],
     marked: tuple[str, float, str] | None = None,
 ) -> None:
-    """A panel for each problem (name -> title), with a common axis of errors and one legend.
+    """Draw a panel for each problem (name -> title), with a common axis of errors and one legend.
+
+    Raises NoData if none of the problems was compared.
 
     Parameters
     ----------
     shown
-        label -> how the names of its contenders begin; its line is the front of all their runs
+        label of a line -> beginning of the names of the contenders whose common front it shows
     marked
-        (contender, step, label): a circle on its line where that step would be
+        (contender, step, label) of a run that is marked by a circle, where it was made
     """
     runs = table[table["problem"].isin(panels)]
     lines = [
@@ -106,15 +114,25 @@ def headline(
             plot_front(plane, best, shown[label], label=label, linewidth=width)
         if marked is not None:
             contender, step, label = marked
-            at = at_step(runs[runs["problem"] == problem], contender, step)
-            if at is not None:
+            error_and_seconds = at_step(runs[runs["problem"] == problem], contender, step)
+            if error_and_seconds is not None:
                 circle = {"color": identity(contender).color, "mfc": "none", "markersize": 9.0}
-                legend(plane, plane.plot(at[1], at[0], "o", linestyle="none", **circle), [label])
+                legend(
+                    plane,
+                    plane.plot(
+                        error_and_seconds[1], error_and_seconds[0], "o", linestyle="none", **circle
+                    ),
+                    [label],
+                )
 
 
 def at_step(rows: pd.DataFrame, contender: str, step: float) -> tuple[float, float] | None:
-    """(error, seconds) of a contender's run at a step; None without one."""
+    """(error, seconds) of a contender's run at a step; None if there is no such run."""
     runs = rows[(rows["contender"] == contender) & (rows["error"] > 0) & (rows["seconds"] > 0)]
     steps = pd.to_numeric(runs["settings"].str.extract(r"step=([\d.e-]+)")[0])
-    at_it = runs.loc[np.isclose(steps, step, rtol=1e-4), ["error", "seconds"]]
-    return None if at_it.empty else (float(at_it["error"].iloc[0]), float(at_it["seconds"].iloc[0]))
+    matching_runs = runs.loc[np.isclose(steps, step, rtol=1e-4), ["error", "seconds"]]
+    return (
+        None
+        if matching_runs.empty
+        else (float(matching_runs["error"].iloc[0]), float(matching_runs["seconds"].iloc[0]))
+    )

@@ -28,8 +28,9 @@ from reports.tables.number_format import is_finite, readable, seconds
 from reports.tables.number_format import plain as plain_number
 from reports.tables.study_table import readable_table
 
-HERE = Path(__file__).parent
-MOST_PARTS, MOST_MEETINGS = 30, 50
+TEMPLATE_FOLDER = Path(__file__).parent
+MAX_PARTS = 30  # parts of a model that the page lists
+MAX_MEETINGS = 50  # close encounters that the page lists
 
 
 def write_judgement(
@@ -39,11 +40,11 @@ def write_judgement(
     write(folder / "judge.json", json.dumps(as_json(judgement), indent=1) + "\n")
     write(folder / "integrators.csv", as_csv(judgement.table))
     write(folder / "parts.csv", as_csv(judgement.parts))
-    return write(folder / "judge.html", rendered(judgement, name, facts))
+    return write(folder / "judge.html", page_html(judgement, name, facts))
 
 
 def as_json(judgement: Judgement) -> dict[str, Any]:
-    """The findings as plain values; null for what is not a finite number."""
+    """The findings as values for `json`; a number that is not finite is None."""
     fields = ("passed", "truth_agreement", "trusted_until", "engines", "notes", "own", "own_errors",
               "parts", "table", "recommended", "encounters", "horizons")  # fmt: skip
     return plain(
@@ -68,7 +69,7 @@ def as_json(judgement: Judgement) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """A value as `json` writes it, with None for a number that is not finite."""
+    """A value in the types that `json` writes; a number that is not finite becomes None."""
     if isinstance(value, pd.DataFrame):
         value = value.to_dict("records")
     if isinstance(value, Mapping):
@@ -81,14 +82,17 @@ def plain(value: Any) -> Any:
     return value
 
 
-def rendered(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
-    """The page."""
+def page_html(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
+    """The HTML of the page; `name` is the model's file, `facts` its provenance."""
     environment = Environment(
-        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=FileSystemLoader(TEMPLATE_FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
     )
     environment.globals.update(readable=readable, seconds=seconds, table=table)
     return environment.get_template("judge.html.j2").render(
-        css=Markup((HERE / "judge.css").read_text(encoding="utf-8")),
+        css=Markup((TEMPLATE_FOLDER / "judge.css").read_text(encoding="utf-8")),
         name=name,
         facts=facts,
         judgement=judgement,
@@ -96,8 +100,8 @@ def rendered(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
         pictures=[Markup(svg) for svg in pictures(judgement)],
         best=judgement.table.drop_duplicates("integrator"),  # the first is the best of each
         parts=judgement.parts.sort_values("largest_error", ascending=False),
-        most_parts=MOST_PARTS,
-        most_meetings=MOST_MEETINGS,
+        most_parts=MAX_PARTS,
+        most_meetings=MAX_MEETINGS,
         part=judgement.kind.PART,
         length=judgement.kind.unit(judgement.problem, "length").strip(),
         time=judgement.kind.unit(judgement.problem, "time").strip(),
@@ -113,7 +117,8 @@ def table(
     formats: Mapping[str, Callable[[float], str]],
     **headings: str,
 ) -> Markup:
-    """The columns as HTML, the heading of each that is not named its own name in words."""
+    """The table as HTML; a column without an entry in `headings` has its name, in words, as
+    heading."""
     names = {column: headings.get(column, column.replace("_", " ")) for column in rows}
     text, kinds = readable_table(rows, names, formats)
     return html_table(text, caption, kinds)
@@ -122,17 +127,14 @@ def table(
 def junit_suites(
     judgement: Judgement, path: Path, error: float | None
 ) -> Mapping[str, Sequence[JUnitCase]]:
-    """One suite, of the file, with the case of the user's own run and that of the truth.
+    """One suite, named after the file, with a case for the user's own run and one for the truth.
+
+    The case of the truth is "skipped" if no second source confirms it to within the error.
 
     Parameters
     ----------
     error
-        that was asked for; None for none, and then nothing is a failure, as nothing is for the
-        status of the command
-
-    Notes
-    -----
-    A truth that no second source confirms to within the error is "skipped".
+        largest acceptable error; None for no limit, and then the run's case is "skipped"
     """
     file, text = path.name, " ".join(own_run(judgement))
     length = judgement.kind.unit(judgement.problem, "length")
@@ -149,15 +151,15 @@ def junit_suites(
         source = JUnitCase(file, name, 0.0, "passed", "", text)
     else:
         source = JUnitCase(file, name, 0.0, "skipped", text, text)
-    numbers = (
+    cases_and_numbers = (
         (run, judgement.own["error"], error, judgement.source.label),
         (source, judgement.truth_agreement, judgement.error, ", ".join(judgement.engines)),
     )
-    at = path_in_repository(str(path)), 0
+    location = path_in_repository(str(path)), 0
     cases = [
         replace(
             case,
-            defined_at=at,
+            defined_at=location,
             properties=(
                 (
                     "measured",
@@ -169,6 +171,6 @@ def junit_suites(
                 ("reason", case.details),
             ),
         )
-        for case, measured, limit, engines in numbers
+        for case, measured, limit, engines in cases_and_numbers
     ]
     return {file: cases}

@@ -12,45 +12,46 @@ from benchmarks.applications.judging import trees
 from benchmarks.applications.judging.bodies import names
 from benchmarks.applications.judging.judgement import Judgement
 from galvi import Multibody
-from reports.figures.picture import STYLE, drawn, saved
+from reports.figures.picture import STYLE, draw_canvas, picture_bytes
 from reports.figures.plots.lines import LONG_DASH
-from reports.figures.style.decades import decades
+from reports.figures.style.decades import set_decade_ticks
 from reports.figures.style.identities import COLOURS, GUIDE
 from reports.results.section import Figure
 
-NAMED = 7  # bodies in colour
-POINTS = 1500
-SIZE = (4.8, 4.2)  # inches
+MAX_NAMED = 7  # bodies in colour, or coordinates in the legend
+PATH_POINTS = 1500  # approximate number of drawn points of a path
+PICTURE_SIZE = (4.8, 4.2)  # inches
 
 
 def pictures(judgement: Judgement) -> list[str]:
-    """Two SVGs: the orbits in the plane of x and y, or the joints' coordinates; and the errors."""
+    """Two SVGs: of the motion, as orbits in the x-y plane or as coordinates of joints; and of the
+    errors."""
     draw = joints if isinstance(judgement.problem.system, Multibody) else orbits
     figures = (
-        Figure("motion", "The motion", draw, size=SIZE),
-        Figure("errors", "Errors", errors, size=SIZE),
+        Figure("motion", "The motion", draw, size=PICTURE_SIZE),
+        Figure("errors", "Errors", errors, size=PICTURE_SIZE),
     )
     with matplotlib.style.context(STYLE):
-        svgs = [saved(drawn(figure, judgement), "svg").decode() for figure in figures]
+        svgs = [picture_bytes(draw_canvas(figure, judgement), "svg").decode() for figure in figures]
     return [svg[svg.index("<svg") :] for svg in svgs]
 
 
 def joints(axes: Axes, judgement: Judgement) -> None:
-    """The entries of MuJoCo's qpos over time."""
+    """Draw the entries of MuJoCo's qpos over time."""
     problem, truth = judgement.problem, judgement.truth
     qpos, _ = problem.system.to_mujoco(truth.q, np.zeros((len(truth.t), problem.v0.size)))
     for k, name in enumerate(trees.entries(problem)):
-        axes.plot(truth.t, qpos[:, k], linewidth=0.9, label=name if k < NAMED else None)
+        axes.plot(truth.t, qpos[:, k], linewidth=0.9, label=name if k < MAX_NAMED else None)
     axes.set(xlabel=f"t{unit(judgement, 'time')}", ylabel="entries of qpos (rad, m, quaternions)")
 
 
 def orbits(axes: Axes, judgement: Judgement) -> None:
-    """The heaviest bodies' paths and last places; the last places of the others."""
+    """Draw the paths of the MAX_NAMED heaviest bodies, and the last positions of all bodies."""
     problem, q = judgement.problem, judgement.truth.q
     by_mass = np.argsort(-problem.system.masses, kind="stable")
-    axes.plot(*q[-1, by_mass[NAMED:], :2].T, ".", color=GUIDE, markersize=2, zorder=0)
-    labels, stride = names(problem), max(1, len(q) // POINTS)
-    for k, color in zip(by_mass[:NAMED], COLOURS, strict=False):
+    axes.plot(*q[-1, by_mass[MAX_NAMED:], :2].T, ".", color=GUIDE, markersize=2, zorder=0)
+    labels, stride = names(problem), max(1, len(q) // PATH_POINTS)
+    for k, color in zip(by_mass[:MAX_NAMED], COLOURS, strict=False):
         axes.plot(*q[::stride, k, :2].T, color=color, linewidth=0.5, alpha=0.7)
         axes.plot(*q[-1, k, :2], "o", color=color, markersize=4, label=labels[k])
     length = unit(judgement, "length")
@@ -59,7 +60,7 @@ def orbits(axes: Axes, judgement: Judgement) -> None:
 
 
 def errors(axes: Axes, judgement: Judgement) -> None:
-    """Errors of the user's run, and the distances between the sources of the truth."""
+    """Draw the errors of the user's run, and the distances between the sources of the truth."""
     shown = judgement.own_errors[judgement.own_errors["error"] > 0.0]
     axes.semilogy(shown["t"], shown["error"], color=COLOURS[1], label="your run")
     remaining_colors = (COLOURS[0], *COLOURS[2:5])
@@ -70,7 +71,7 @@ def errors(axes: Axes, judgement: Judgement) -> None:
     axes.axhline(judgement.error, color=GUIDE, linestyle=LONG_DASH, label="error asked for")
     part = f"largest error of a {judgement.kind.PART}"
     axes.set(xlabel=f"t{unit(judgement, 'time')}", ylabel=f"{part}{unit(judgement, 'length')}")
-    decades(axes.yaxis)
+    set_decade_ticks(axes.yaxis)
 
 
 def unit(judgement: Judgement, dimension: str) -> str:

@@ -12,9 +12,9 @@ from benchmarks.applications.judging.truth import Agreement, time_text
 from galvi import End
 from reports.tables.number_format import plain, readable, seconds
 
-TRUSTED = 0.1  # share of an error that the truth may be wrong by
-MOST_NAMED = 3  # integrators as fast as the cheapest
-ENCOUNTERS = (
+NEGLIGIBLE_FRACTION = 0.1  # fraction of an error up to which the truth's own error is negligible
+MAX_NAMED = 3  # largest number of equally fast integrators that are named
+ADVICE_ON_ENCOUNTERS = (
     "galvi's clock and IAS15, whose steps follow them, and TRACE and MERCURIUS, which switch "
     "methods, are made for them. Codes of fixed step (WHFast, SABA, leapfrog, galvi without a "
     "clock) are not: one that reaches the error here may miss it in a closer encounter."
@@ -22,7 +22,7 @@ ENCOUNTERS = (
 
 
 def sentences(judgement: Judgement) -> list[str]:
-    """All sentences of a judgement, those on the user's own run first."""
+    """All sentences of a judgement; those on the user's own run come first."""
     return [
         *own_run(judgement),
         truth(judgement),
@@ -56,11 +56,12 @@ def own_run(judgement: Judgement) -> list[str]:
     ]
     unstopped = run["unstopped_error"]
     if not math.isnan(unstopped):
-        off = f"it is off by {readable(unstopped)}{length} there"
+        error_clause = f"it is off by {readable(unstopped)}{length} there"
         lines.append(
             "Run without stops at these times, which shorten its steps, it fails."
             if math.isinf(unstopped)
-            else f"Run to the end without stops at these times, which shorten its steps, {off}."
+            else "Run to the end without stops at these times, which shorten its steps, "
+            f"{error_clause}."
         )
     if run["end"] != End.COMPLETED.value or run["remarks"]:
         lines.append(f"Its status: {run['status']}")
@@ -74,7 +75,7 @@ def timing(row: Mapping[str, Any]) -> str:
 
 
 def truth(judgement: Judgement) -> str:
-    """What the truth is, and how well it is known."""
+    """Sentences on the source of the truth, its agreement with other sources, and its limits."""
     comparable = [agreement for agreement in judgement.agreements if agreement.t.size > 1]
     agreeing = [agreement for agreement in comparable if agreement.largest <= judgement.error]
     lines = [f"The truth is {judgement.source.label}; runs of galvi are never the truth."]
@@ -98,13 +99,13 @@ def truth(judgement: Judgement) -> str:
         if agreement.source.is_galvi and not agreement.stopped
     ]
     if len(judgement.engines) == 1:
-        how = f": {judgement.engine_hint}" if judgement.engine_hint else ""
-        lines.append(f"All of it rests on one engine, {judgement.engines[0]}{how}.")
+        hint = f": {judgement.engine_hint}" if judgement.engine_hint else ""
+        lines.append(f"All of it rests on one engine, {judgement.engines[0]}{hint}.")
     return " ".join(filter(None, (*lines, _doubts(judgement, comparable))))
 
 
 def _extent(judgement: Judgement, agreement: Agreement) -> str:
-    """The distance of two sources, and until when where one of them stopped."""
+    """The largest distance of two sources as text; if one of them stopped, also when and why."""
     size = readable(agreement.largest)
     if not agreement.stopped:
         return size
@@ -114,7 +115,7 @@ def _extent(judgement: Judgement, agreement: Agreement) -> str:
 
 
 def _doubts(judgement: Judgement, comparable: list[Agreement]) -> str:
-    """What cannot be judged by this truth."""
+    """A sentence on the errors or times that this truth cannot judge; "" without such a limit."""
     problem, agreement = judgement.problem, judgement.truth_agreement
     if math.isfinite(judgement.trusted_until):
         elapsed = abs(judgement.trusted_until - problem.t0)
@@ -129,13 +130,16 @@ def _doubts(judgement: Judgement, comparable: list[Agreement]) -> str:
         )
     if agreement > judgement.error:
         return "Smaller errors cannot be measured: ask for a larger one or a shorter duration."
-    if agreement > TRUSTED * judgement.error:
+    if agreement > NEGLIGIBLE_FRACTION * judgement.error:
         return "That is close to the error asked for: errors near it are uncertain."
     return ""
 
 
 def cheapest(judgement: Judgement) -> list[str]:
-    """A sentence on the cheapest code that reaches the error, and on those as fast."""
+    """A sentence on the cheapest run that reaches the error, and on integrators that are as fast.
+
+    An empty list if nothing reaches the error and the truth is too uncertain to show that.
+    """
     run, best = judgement.own, judgement.recommended
     error = f"an error of {readable(judgement.error)}{unit(judgement, 'length')}"
     if best is None:
@@ -150,19 +154,20 @@ def cheapest(judgement: Judgement) -> list[str]:
             f"The cheapest that reaches {error} is {best['integrator']}, {best['setting']}: error "
             f"{readable(best['error'])}, in {timing(best)}{_gain(run, best)}"
         )
-    as_fast = reached["seconds_low"] <= best["seconds_high"]
+    is_as_fast = reached["seconds_low"] <= best["seconds_high"]
     rivals = reached["integrator"][
-        as_fast & ~is_own & (reached["integrator"] != best["integrator"])
+        is_as_fast & ~is_own & (reached["integrator"] != best["integrator"])
     ]
     names = list(rivals.unique())
     if names:
-        listed = "; ".join(names) if len(names) <= MOST_NAMED else f"{len(names)} others"
+        listed = "; ".join(names) if len(names) <= MAX_NAMED else f"{len(names)} others"
         text += f". As fast, within quartiles: {listed}"
     return [f"{text}."]
 
 
 def _gain(run: Mapping[str, Any], best: Mapping[str, Any]) -> str:
-    """The clause on how many times as fast as the user's run the best is, between quartiles."""
+    """A clause on how many times as fast as the user's run the best one is, from quartile to
+    quartile; "" if it is not faster or the user's run has no error."""
     if not run["seconds"] > best["seconds"] or math.isnan(run["error"]):
         return ""
     if run["seconds_low"] <= best["seconds_high"]:
@@ -175,22 +180,25 @@ def _gain(run: Mapping[str, Any], best: Mapping[str, Any]) -> str:
 
 
 def encounters(judgement: Judgement) -> list[str]:
-    """Close encounters, and whether fixed steps and the user's output resolve them."""
+    """Sentences on close encounters, and on whether fixed steps and the user's output resolve
+    them."""
     meetings, lines = judgement.encounters, []
     if len(judgement.truth.t) > MOST_STATES and len(meetings.columns):
         lines.append("The run is too long for a search of all of it: encounters may be missing.")
     if meetings.empty:
         return lines
     count, nearest = len(meetings), meetings.iloc[0]
-    begin, them = "There is a close encounter; it", "it"
+    beginning, pronoun = "There is a close encounter; it", "it"
     if count > 1:
-        begin, them = f"There are {count} close encounters; the closest", "them"
-    fixed = judgement.table["reached"] & judgement.table["setting"].str.startswith("dt")
-    unresolved = "" if fixed.any() else f", and no fixed step that was tried resolves {them}"
+        beginning, pronoun = f"There are {count} close encounters; the closest", "them"
+    has_fixed_step = judgement.table["reached"] & judgement.table["setting"].str.startswith("dt")
+    unresolved = (
+        "" if has_fixed_step.any() else f", and no fixed step that was tried resolves {pronoun}"
+    )
     lines.append(
-        f"{begin} is that of {nearest['bodies']} at "
+        f"{beginning} is that of {nearest['bodies']} at "
         f"t = {time_text(judgement.truth, nearest['time'])}, at {readable(nearest['hill_radii'])} "
-        f"mutual Hill radii{unresolved}. {ENCOUNTERS}"
+        f"mutual Hill radii{unresolved}. {ADVICE_ON_ENCOUNTERS}"
     )
     if "outputs" in meetings:
         interval = readable(judgement.problem.parameters["output_every"]) + unit(judgement, "time")
@@ -202,16 +210,17 @@ def encounters(judgement: Judgement) -> list[str]:
 
 
 def horizon(judgement: Judgement) -> list[str]:
-    """Until when starts that are known to so many digits predict the motion."""
+    """A sentence on the time up to which starts of a given accuracy predict the motion; [] where
+    that was not examined."""
     table = judgement.horizons
-    beyond = table["until"].isna()
-    within = table[~beyond & (table["until"] != judgement.problem.t0)]
+    is_beyond_end = table["until"].isna()
+    within = table[~is_beyond_end & (table["until"] != judgement.problem.t0)]
     ends = [
         (row.start_known_to, f"until t = {time_text(judgement.truth, row.until)}")
         for row in within.tail(1).itertuples()
     ]
-    if beyond.any():
-        ends.append((table.loc[beyond, "start_known_to"].max(), "until the end"))
+    if is_beyond_end.any():
+        ends.append((table.loc[is_beyond_end, "start_known_to"].max(), "until the end"))
     if table.empty:
         return []
     if not ends:

@@ -3,8 +3,8 @@
 A result is a complete measurement: a claim's study, the comparison on one problem, or a study.
 Times compare only within one run, so an interrupted measurement is repeated as a whole.
 
-Each result is a file of JSON in a folder of its build, below the output folder. Files are written
-as a whole, and nothing that lies in the folder is ever run.
+Each result is a JSON file in a folder of its build, below the output folder. Files are written
+atomically, and reading them executes no code.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from reports.results.options import Options
 from reports.results.progress import Studies
 from reports.results.suite import Suite
 
-FOLDER = "unfinished"  # subfolder of the output folder
-WEEK = 7 * 86_400  # seconds after which results of any build are deleted
-CHANGING = ("date", "command")  # provenance fields that differ between runs of the same build
-CODE = ("reports",)  # in addition to the measured sources
+CACHE_FOLDER = "unfinished"  # subfolder of the output folder
+WEEK_SECONDS = 7 * 86_400  # seconds after which results of any build are deleted
+RUN_FIELDS = ("date", "command")  # provenance fields that differ between runs of the same build
+EXTRA_SOURCES = ("reports",)  # in addition to the measured sources
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +44,9 @@ class Study:
     Attributes
     ----------
     name
-        of its result
+        name of its result
     label, title
-        shown while it runs
+        texts that are shown while it runs
     measure
         report -> table
     timed
@@ -71,7 +71,7 @@ class CachedResult:
 
     @classmethod
     def from_json(cls, stored: dict[str, Any]) -> CachedResult:
-        """The result that `as_json` wrote."""
+        """The result from the mapping that `as_json` returned."""
         columns = {
             name: pd.Series(stored["columns"][name], dtype=kind)
             for name, kind in stored["types"].items()
@@ -79,7 +79,13 @@ class CachedResult:
         return cls(pd.DataFrame(columns), stored["seconds"], stored["run"])
 
     def as_json(self, run: str) -> dict[str, Any]:
-        """Its numbers and texts, exactly, measured in this run; the index is not kept."""
+        """The result as a mapping for `json`, with exact numbers, without the table's index.
+
+        Parameters
+        ----------
+        run
+            start date of this run
+        """
         return {
             "run": run,
             "seconds": self.seconds,
@@ -99,9 +105,9 @@ class BuildCache:
     run
         start date of this run
     sources
-        digest of the sources when this run began; "" to look for no changes
+        digest of the sources when this run began; "" to ignore changes
     entries
-        of interrupted runs and of this one
+        name -> result of interrupted runs and of this one
     edited
         whether the sources changed since this run began; nothing is stored from then on
     """
@@ -113,7 +119,7 @@ class BuildCache:
     edited: bool = False
 
     def load(self) -> None:
-        """Read the stored results; damaged ones are omitted, and measured again."""
+        """Read the stored results into `entries`; files that cannot be read are ignored."""
         for path in self.folder.glob("*.json") if self.folder else ():
             with suppress(Exception):
                 name, stored = json.loads(path.read_text(encoding="utf-8"))
@@ -125,8 +131,10 @@ class BuildCache:
         return [entry for entry in self.entries.values() if entry.run]
 
     def measure(self, studies: Iterable[Study]) -> dict[str, Exception]:
-        """Measure and store those without a result, with progress on stderr; returns what those
-        that failed raised."""
+        """Measure and store the studies without a result; progress goes to stderr.
+
+        Returns name -> exception of the studies that raised.
+        """
         errors = {}
         missing = [study for study in studies if study.name not in self.entries]
         with Studies(len(missing)) as progress:
@@ -141,11 +149,15 @@ class BuildCache:
         return errors
 
     def keep(self, name: str, table: pd.DataFrame, seconds: float) -> None:
-        """Store a result; when that fails, print a warning and continue."""
+        """Add a result to `entries`, and write its file.
+
+        A warning is printed if the file cannot be written, or if it is not, because the sources
+        have changed.
+        """
         self.entries[name] = CachedResult(table, seconds)
         if self.folder is None:
             return
-        self.look()
+        self.check_sources()
         why = "the sources changed since the build began" if self.edited else ""
         try:
             if not why:
@@ -157,35 +169,35 @@ class BuildCache:
             print(f"{name} is not kept for a build that is resumed: {why}.", file=sys.stderr)
 
     def forget(self) -> None:
-        """Delete the stored results of this build, and those of others after a week."""
+        """Delete the stored results of this build, and those of other builds after a week."""
         if self.folder is None:
             return
         shutil.rmtree(self.folder, ignore_errors=True)
         with suppress(OSError):  # another process was faster, or others' results stay
             for sibling in self.folder.parent.iterdir():
-                if time.time() - sibling.stat().st_mtime > WEEK:
+                if time.time() - sibling.stat().st_mtime > WEEK_SECONDS:
                     shutil.rmtree(sibling)
             self.folder.parent.rmdir()
 
-    def look(self) -> None:
+    def check_sources(self) -> None:
         """Update `edited`: whether the sources ever changed since this run began."""
-        changed = self.sources != "" and digest_of_sources(CODE) != self.sources
+        changed = self.sources != "" and digest_of_sources(EXTRA_SOURCES) != self.sources
         self.edited = self.edited or changed
 
     def provenance(self) -> dict[str, str]:
-        """Provenance: results of earlier runs, and whether the sources changed meanwhile."""
+        """Entries for the provenance: on results of earlier runs, and on changed sources."""
         notes = {}
         if self.resumed:
-            notes["resumed"] = f"{self._earlier()}; times compare within a result"
+            notes["resumed"] = f"{self._earlier_runs()}; times compare within a result"
         if self.edited:
             notes["changed"] = "the sources, after this run began: results may be of either state"
         return notes
 
-    def greeting(self) -> str:
+    def resumption(self) -> str:
         """A sentence on the results that are reused; empty when there are none."""
-        return f"Resuming: {self._earlier()}; --anew starts over." if self.resumed else ""
+        return f"Resuming: {self._earlier_runs()}; --anew starts over." if self.resumed else ""
 
-    def _earlier(self) -> str:
+    def _earlier_runs(self) -> str:
         counts = Counter(entry.run for entry in self.resumed)
         return " and ".join(
             f"{count} {'result' if count == 1 else 'results'} of the build of {run}, "
@@ -200,16 +212,18 @@ def not_run(title: str, error: Exception) -> str:
 
 
 def open_cache(suite: Suite, options: Options) -> BuildCache:
-    """The cache of this build, with the results of an earlier, interrupted run.
+    """The cache of this build, with the results of earlier, interrupted runs of the same build.
 
-    A build is the same when commit, working tree, input data, versions, machine, setting and claims
-    are the same. A build with external integrators stores nothing, since changes of their code
-    would go unnoticed.
+    Two builds are the same if commit, working tree, input data, versions, machine, setting and
+    claims are the same. A build with external integrators stores nothing, since changes of their
+    code would go unnoticed. With `options.anew` stored results are deleted first.
     """
-    provenance, sources = suite.provenance(options.command), digest_of_sources(CODE)
-    same = {name: text for name, text in provenance.items() if name not in CHANGING}
-    build = json.dumps([sources, same, options.quick, options.claims], sort_keys=True)
-    folder = None if options.contenders else options.out / FOLDER / digest_of(build)[:16]
+    provenance, sources = suite.provenance(options.command), digest_of_sources(EXTRA_SOURCES)
+    stable_provenance = {name: text for name, text in provenance.items() if name not in RUN_FIELDS}
+    build_key = json.dumps(
+        [sources, stable_provenance, options.quick, options.claims], sort_keys=True
+    )
+    folder = None if options.contenders else options.out / CACHE_FOLDER / digest_of(build_key)[:16]
     cache = BuildCache(folder, provenance.get("date", ""), sources)
     if options.anew:
         cache.forget()

@@ -28,13 +28,13 @@ class ClaimResult:
     Attributes
     ----------
     table
-        the study's tidy table; None when the study raised
+        the study's tidy table; None if the study raised, or its table is not stored
     rows
-        its checks; "not run", with the exception as reason, when the study raised
+        its checks; "not run", with the exception as reason, if the study raised
     seconds
-        run time of the study; 0 when it raised
+        run time of the study; 0 if it raised, NaN if unknown
     run
-        start date of the run that measured it; empty for this run
+        start date of the run that measured it; "" for this run
     """
 
     claim: Claim
@@ -45,7 +45,7 @@ class ClaimResult:
 
 
 def claim_studies(claims: Iterable[Claim], quick: bool) -> list[Study]:
-    """The studies of these claims; their results are named by the ids."""
+    """The studies of these claims; the names of their results are the ids of the claims."""
     return [
         Study(
             claim.id,
@@ -61,7 +61,8 @@ def claim_studies(claims: Iterable[Claim], quick: bool) -> list[Study]:
 def check(
     claims: Sequence[Claim], quick: bool, cache: BuildCache | None = None
 ) -> list[ClaimResult]:
-    """Check each claim; first run the studies that the cache lacks, those with timings last.
+    """Run the studies that the cache lacks, those with timings last, and check each claim.
+
     Progress goes to stderr.
 
     Parameters
@@ -72,9 +73,9 @@ def check(
     cache = cache or BuildCache()
     errors = cache.measure(sorted(claim_studies(claims, quick), key=lambda study: study.timed))
     return [
-        ClaimResult(claim, None, _spoiled(claim, errors[claim.id]), 0.0)
+        ClaimResult(claim, None, _rows_not_run(claim, errors[claim.id]), 0.0)
         if claim.id in errors
-        else _judged(claim, cache.entries[claim.id])
+        else _claim_result(claim, cache.entries[claim.id])
         for claim in claims
     ]
 
@@ -89,18 +90,20 @@ def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> Cla
     return next((measured[name] for name in claims if name in measured), None)
 
 
-def _judged(claim: Claim, measurement: CachedResult) -> ClaimResult:
+def _claim_result(claim: Claim, measurement: CachedResult) -> ClaimResult:
     try:
-        rows = tuple(_explained(row, measurement.table) for row in claim.judge(measurement.table))
+        rows = tuple(
+            _with_statuses(row, measurement.table) for row in claim.judge(measurement.table)
+        )
         if not rows:
-            raise ValueError("its judge gave no row, so that nothing of it was checked")
+            raise ValueError("its judge returned no row, so nothing was checked")
     except Exception as error:
-        rows = _spoiled(claim, error)
+        rows = _rows_not_run(claim, error)
     return ClaimResult(claim, measurement.table, rows, measurement.seconds, measurement.run)
 
 
-def _explained(row: Row, measured: pd.DataFrame) -> Row:
-    """Give a row without a verdict the statuses of its study's runs as reason."""
+def _with_statuses(row: Row, measured: pd.DataFrame) -> Row:
+    """The row; if it was unexpectedly not run, with the statuses of its study as reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
     statuses = dict.fromkeys(text for text in measured.get("status", ()) if text)
@@ -108,15 +111,17 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
     return replace(row, reason=f"{why} Expected was {row.expected}: {row.reason}")
 
 
-def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
-    """The claim's rows without measurements, with the exception as reason; for want of an engine
-    they are expected."""
+def _rows_not_run(claim: Claim, error: Exception) -> tuple[Row, ...]:
+    """The claim's rows without measurements, with the exception as reason.
+
+    If an engine is missing, "not run" is the expected verdict.
+    """
     why = visible(f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}")
     try:
         rows = claim.judge(frame([]))
     except Exception:
         rows = []
-    absent = error.name or "" if isinstance(error, EngineMissing) else ""
+    missing_engine = error.name or "" if isinstance(error, EngineMissing) else ""
     return tuple(
         replace(
             row,
@@ -124,8 +129,8 @@ def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
             uncertainty=None,
             verdict=NOT_RUN,
             reason=why,
-            absent=absent,
-            expected=NOT_RUN if absent else row.expected,
+            absent=missing_engine,
+            expected=NOT_RUN if missing_engine else row.expected,
         )
         for row in rows or [Row(claim.id, claim.title, expected="")]
     )

@@ -11,13 +11,14 @@ from reports.results.cache import BuildCache, Study, not_run
 from reports.results.options import Options
 from reports.results.suite import Suite
 
-COST = "cost of a step"
+COST_TITLE = "cost of a step"
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Tables of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`; None where
-    one raised, with a sentence in `failures`.
+    """The tables of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`.
+
+    A table is None if its measurement raised; `failures` has a sentence for each exception.
     """
 
     work_precision: pd.DataFrame | None
@@ -39,11 +40,11 @@ def measure_comparison(
         for title, measure in measures.items()
     ]
     errors = cache.measure(
-        [*studies, Study(COST, "cost", COST, partial(suite.cost, options.quick))]
+        [*studies, Study(COST_TITLE, "cost", COST_TITLE, partial(suite.cost, options.quick))]
     )
     tables = [cache.entries[title].table for title in measures if title not in errors]
     return Comparison(
         pd.concat(tables, ignore_index=True) if tables else None,
-        None if COST in errors else cache.entries[COST].table,
+        None if COST_TITLE in errors else cache.entries[COST_TITLE].table,
         (*(not_run(title, error) for title, error in errors.items()), *suite.faults()),
     )

@@ -1,4 +1,4 @@
-"""JUnit XML, which CI services read: test cases as values, and the text of a file of them."""
+"""JUnit XML for CI services: test cases as values, and the text of a file."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ TOTALS: Mapping[str, Outcome] = {"failures": "failure", "errors": "error", "skip
 
 @dataclass(frozen=True)
 class JUnitCase:
-    """A check, as JUnit XML has it.
+    """A test case of JUnit XML.
 
     Attributes
     ----------
     class_name
         what was checked; CI services group by it
     seconds
-        that it took, 0 where nobody measured it
+        duration; 0 if it was not measured
     outcome
         "failure": the answer is not as expected; "error": there is no answer
     message
@@ -36,10 +36,10 @@ class JUnitCase:
     details
         more text, for people, whatever the outcome
     properties
-        (name, text) of each, whatever the outcome
+        (name, text) of each property, whatever the outcome
     defined_at
-        file, from the root of the repository, and line of what was checked; "" where no file is
-        known, and 0 for the file as a whole
+        file, relative to the root of the repository, and line of the checked code; "" if the file
+        is unknown, and 0 for the file as a whole
     """
 
     class_name: str
@@ -53,18 +53,17 @@ class JUnitCase:
 
 
 def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
-    """The text of a JUnit file, well-formed whatever the texts are: signs that XML forbids
-    become "?".
+    """The text of a JUnit file; characters that XML forbids become "?".
 
     Parameters
     ----------
     title
         the command as the user called it, such as "galvi verify"
     suites
-        name -> its cases
+        name of a suite -> its cases
     """
-    every_case = [case for cases in suites.values() for case in cases]
-    root = tree.Element("testsuites", _totals(every_case), name=title)
+    all_cases = [case for cases in suites.values() for case in cases]
+    root = tree.Element("testsuites", _totals(all_cases), name=title)
     for name, cases in suites.items():
         suite = tree.SubElement(root, "testsuite", _totals(cases), name=name)
         for case in cases:
@@ -75,7 +74,8 @@ def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
 
 
 def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
-    """Lines by which a job on GitHub shows what failed, at most MAX_ANNOTATIONS; else none."""
+    """Lines that make a job on GitHub show failures and errors, at most MAX_ANNOTATIONS; []
+    elsewhere."""
     if os.environ.get("GITHUB_ACTIONS") != "true":
         return []
     return [
@@ -93,7 +93,8 @@ def _command_properties(case: JUnitCase) -> str:
 
 
 def _escaped(text: str, extra: str = "") -> str:
-    """As GitHub's workflow commands want it; a property escapes the `extra` signs, too."""
+    """The text, escaped for GitHub's workflow commands, with further characters to escape in
+    `extra`."""
     signs = f"%\r\n{extra}"
     return visible("".join(f"%{ord(sign):02X}" if sign in signs else sign for sign in text))
 

@@ -16,8 +16,7 @@ import pandas as pd
 
 from benchmarks.store.atomic import write
 from benchmarks.work_precision.dependable import dependable
-from reports.results.origins import NAME as PROVENANCE_FILE
-from reports.results.origins import note_origin, read_origins, short
+from reports.results.origins import PROVENANCE_FILE, note_origin, read_origins, short_commit
 from reports.results.rows import read_rows
 
 MACHINES_FOLDER, BENCHMARKS_FOLDER = "machines", "benchmarks"
@@ -61,7 +60,7 @@ class Machine:
         return (
             f"{self.origin.get('cpu', 'unknown processor')} "
             f"({self.origin.get('compiled for', 'unknown')}), {self.date.partition(' ')[0]}, "
-            f"commit {short(self.origin.get('commit', ''))}"
+            f"commit {short_commit(self.origin.get('commit', ''))}"
         )
 
 

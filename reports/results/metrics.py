@@ -18,9 +18,9 @@ from benchmarks.checks.claim import Row
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
 
-LONGEST_NAME, LONGEST_SLUG = 1024, 64  # characters, in Bencher
-UPPER_BOUNDS = ("at most", "below")  # how bounds of such numbers begin
-SMALL = ("error", "relative change of")  # and quantities that have no bound
+MAX_NAME_LENGTH, MAX_SLUG_LENGTH = 1024, 64  # characters, in Bencher
+UPPER_BOUND_PREFIXES = ("at most", "below")  # beginnings of the texts of upper bounds
+ERROR_PREFIXES = ("error", "relative change of")  # beginnings of the names of unbounded errors
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Metric:
     Attributes
     ----------
     benchmark
-        what was run
+        name of what was run
     measure
-        what was measured of it, in words
+        name of the measured quantity
     spread
-        by how much the value may differ; 0 where that is not known
+        uncertainty of the value; 0 if it is unknown
     """
 
     benchmark: str
@@ -45,14 +45,14 @@ class Metric:
 
 
 def write_metrics(folder: Path, prefix: str, metrics: Iterable[Metric]) -> None:
-    """Write both files; a number that is not finite, or has such a spread, is left out."""
+    """Write both files; metrics whose value or spread is not finite are left out."""
     finite = [metric for metric in metrics if math.isfinite(metric.value + metric.spread)]
     for name, text in (("benchmark-action", benchmark_action), ("bencher", bencher)):
         write(folder / f"{prefix}-{name}.json", text(finite))
 
 
 def benchmark_action(metrics: Sequence[Metric]) -> str:
-    """A list of name, unit, value and, where there is a spread, range."""
+    """JSON of github-action-benchmark: a list of name, unit, value and, with a spread, range."""
     return _as_json(
         [
             {
@@ -67,13 +67,13 @@ def benchmark_action(metrics: Sequence[Metric]) -> str:
 
 
 def bencher(metrics: Sequence[Metric]) -> str:
-    """Benchmark -> measure -> value, lower_value and upper_value."""
+    """JSON of Bencher: benchmark -> measure -> value and, with a spread, lower and upper value."""
     content: dict[str, dict[str, dict[str, float]]] = {}
     for metric in metrics:
         value, spread = metric.value, metric.spread
-        ends = {"lower_value": value - spread, "upper_value": value + spread} if spread else {}
-        measures = content.setdefault(visible(metric.benchmark)[:LONGEST_NAME], {})
-        measures[_slug(metric.measure, measures)] = {"value": value, **ends}
+        limits = {"lower_value": value - spread, "upper_value": value + spread} if spread else {}
+        measures = content.setdefault(visible(metric.benchmark)[:MAX_NAME_LENGTH], {})
+        measures[_slug(metric.measure, measures)] = {"value": value, **limits}
     return _as_json(content)
 
 
@@ -91,8 +91,8 @@ def row_metrics(rows: Iterable[Row]) -> list[Metric]:
         if row.measured is not None
         and row.verdict != NOT_RUN
         and (
-            row.bound.startswith(UPPER_BOUNDS)
-            or (row.bound == "none" and row.quantity.startswith(SMALL))
+            row.bound.startswith(UPPER_BOUND_PREFIXES)
+            or (row.bound == "none" and row.quantity.startswith(ERROR_PREFIXES))
         )
     ]
 
@@ -102,8 +102,8 @@ def _as_json(content: object) -> str:
 
 
 def _slug(text: str, used: Collection[str]) -> str:
-    """A name as Bencher has them, with a number where another measure took it."""
+    """A name that Bencher allows, with a number appended if it is already in `used`."""
     slug = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "measured"
     endings = ("", *(f"-{number}" for number in range(2, len(used) + 2)))
-    names = (slug[: LONGEST_SLUG - len(ending)].rstrip("-") + ending for ending in endings)
+    names = (slug[: MAX_SLUG_LENGTH - len(ending)].rstrip("-") + ending for ending in endings)
     return next(name for name in names if name not in used)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from benchmarks.store.provenance import ROOT
 
-OF_CONTENDERS = "A-"  # prefix of the ids of `benchmarks.applications.external.checks`
-OWN_FOLDER = "galvi-out"  # of another project
-OUT = Path("reports/out" if Path.cwd() == ROOT and (ROOT / "galvi").is_dir() else OWN_FOLDER)
+CONTENDER_PREFIX = "A-"  # prefix of the ids of `benchmarks.applications.external.checks`
+PROJECT_FOLDER = "galvi-out"  # of another project
+OUT = Path("reports/out" if Path.cwd() == ROOT and (ROOT / "galvi").is_dir() else PROJECT_FOLDER)
 
 
 @dataclass(frozen=True)

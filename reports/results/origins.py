@@ -1,6 +1,6 @@
-"""provenance.json: the origin of each output file, so that old files are recognised.
+"""provenance.json: the origin of each output file, by which old files are recognised.
 
-An origin is date, commit, command, setting (quick or default), versions and machine.
+An origin holds date, commit, command, setting (quick or default), versions and machine.
 """
 
 from __future__ import annotations
@@ -11,30 +11,33 @@ from pathlib import Path
 
 from benchmarks.store.atomic import write
 
-NAME = "provenance.json"
+PROVENANCE_FILE = "provenance.json"
 
 
 def note_origin(folder: Path, file: str, provenance: Mapping[str, str], quick: bool) -> None:
-    """Record date, commit and command of a file; entries of other files are kept."""
+    """Record the origin of a file in provenance.json; entries of other files are unchanged."""
     origins = read_origins(folder)
     origins[file] = {**provenance, "setting": "quick" if quick else "default"}
-    write(folder / NAME, json.dumps(origins, indent=2) + "\n")
+    write(folder / PROVENANCE_FILE, json.dumps(origins, indent=2) + "\n")
 
 
 def read_origins(folder: Path) -> dict[str, dict[str, str]]:
     """The recorded origins by file; empty when provenance.json is missing or unreadable."""
     try:
-        origins = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        origins = json.loads((folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return origins if isinstance(origins, dict) else {}
 
 
-def described(origins: Iterable[Mapping[str, str]]) -> str:
-    """At least one as text: "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick setting"."""
+def describe_origins(origins: Iterable[Mapping[str, str]]) -> str:
+    """Origins, at least one, as text: "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick
+    setting"."""
     entries = list(origins)
     dates = sorted({origin.get("date") or "at an unknown time" for origin in entries})
-    commits = list(dict.fromkeys(short(origin.get("commit") or "unknown") for origin in entries))
+    commits = list(
+        dict.fromkeys(short_commit(origin.get("commit") or "unknown") for origin in entries)
+    )
     quick = [origin.get("setting") == "quick" for origin in entries]
     parts = [
         " to ".join(dict.fromkeys((dates[0], dates[-1]))),
@@ -44,7 +47,7 @@ def described(origins: Iterable[Mapping[str, str]]) -> str:
     return ", ".join(parts)
 
 
-def short(commit: str) -> str:
-    """The first digits of a commit's hash, and whether there were uncommitted changes."""
+def short_commit(commit: str) -> str:
+    """The first 12 digits of a commit's hash, with a remark on uncommitted changes ("+")."""
     digits, plus, dirty = commit.partition("+")
     return f"{digits[:12]}{' with changes' if plus and dirty else ''}"

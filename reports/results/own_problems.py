@@ -1,4 +1,4 @@
-"""Integrators and problems of users; which optional engines are installed."""
+"""Suites with integrators and problems of users, and the availability of optional engines."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from reports.results.suite import Suite
 
 @dataclass(frozen=True)
 class Engines:
-    """Every optional engine.
+    """The optional engines.
 
     Attributes
     ----------
     absence
-        name -> why it cannot be used here; empty when it can
+        name of an engine -> why it cannot be used here; "" if it can
     required
         names of engines that must be available
     """
@@ -38,7 +38,7 @@ class Engines:
     required: tuple[str, ...] = ()
 
     @property
-    def wanting(self) -> tuple[str, ...]:
+    def missing(self) -> tuple[str, ...]:
         """The required engines that are missing."""
         return tuple(name for name in self.required if self.absence[name])
 
@@ -52,18 +52,22 @@ class Engines:
 
 
 @contextmanager
-def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> Iterator[Suite]:
-    """The suite with these external integrators in its checks and in every open comparison.
+def with_contenders(
+    suite: Suite, paths: Sequence[str], timeout: float | None = None
+) -> Iterator[Suite]:
+    """The suite with external integrators in its claims, its comparisons and its open studies.
 
     Parameters
     ----------
+    paths
+        "package.module:Class" of each integrator
     timeout
-        seconds for each of their answers; None for the default
+        seconds for each answer of an integrator; None for the default
 
     Notes
     -----
-    Their processes end with the context. Raises typer.BadParameter for a path that cannot be
-    loaded, and for two integrators of the same name.
+    The processes of the integrators end with the context. Raises typer.BadParameter for a path
+    that cannot be loaded, and for two integrators of the same name.
     """
     if not paths:
         yield suite
@@ -75,7 +79,7 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
                 external = ExternalIntegrator.open(path, TIME_LIMIT if timeout is None else timeout)
             except ContenderError as error:
                 raise typer.BadParameter(f"--contender {path}: {error}") from None
-            stack.callback(_say_printed, external)
+            stack.callback(_report_printed, external)
             stack.callback(external.close)
             if external.name in [opened.name for opened in externals]:
                 raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
@@ -92,7 +96,7 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
             sections=tuple(
                 replace(
                     section, measure=partial(section.measure, externals=externals), timed=True
-                )  # in this process, which theirs answer
+                )  # timed studies run in this process, to which those of the integrators answer
                 if section.open
                 else section
                 for section in suite.sections
@@ -101,33 +105,35 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
         )
 
 
-def _say_printed(external: ExternalIntegrator) -> None:
-    """Say on standard error that the processes of an integrator, which have ended, printed."""
+def _report_printed(external: ExternalIntegrator) -> None:
+    """Report on standard error what the processes of an integrator, which have ended, printed."""
     if printed := external.printed.sentence():
         typer.echo(f"{external.name} {printed}", err=True)
 
 
-Own = Mapping[str, tuple[Problem, float]]
+ProblemsByName = Mapping[str, tuple[Problem, float]]
 
 
-def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Suite:
-    """The suite with the comparisons on these problems, and no other ones, no studies or targets.
+def with_problems(suite: Suite, paths: Sequence[str], must_be_sendable: bool = False) -> Suite:
+    """The suite with comparisons on these problems alone, without costs, studies and targets.
 
     Parameters
     ----------
+    paths
+        "package.module:function" of each problem
     sent
-        whether they are sent to the process of an external integrator
+        whether the problems are sent to the process of an external integrator
 
     Notes
     -----
-    Raises typer.BadParameter for a path that cannot be loaded, for two problems of one name, and
-    for one that must be sent and cannot be.
+    Raises typer.BadParameter for a path that cannot be loaded, for two problems of the same name,
+    and for a problem that must be sent but cannot be.
     """
     by_name: dict[str, tuple[Problem, float]] = {}
     for path in dict.fromkeys(paths):
         try:
             problem, duration = load_problem(path)
-            if sent:
+            if must_be_sendable:
                 require_sendable(problem)
         except ContenderError as error:
             raise typer.BadParameter(f"--problem {path}: {error}.") from None
@@ -137,54 +143,56 @@ def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Sui
     return replace(
         suite,
         problems=lambda quick: tuple(by_name),
-        work_precision=partial(_compared, suite.work_precision, by_name),
+        work_precision=partial(_compare_on, suite.work_precision, by_name),
         cost=lambda quick, report: pd.DataFrame(columns=[column.name for column in COLUMNS]),
         targets=(),
         sections=(),
     )
 
 
-def _compared(
+def _compare_on(
     measure: Any,
-    by_name: Own,
+    by_name: ProblemsByName,
     quick: bool,
     report: Callable[[str], None],
     problem: str,
     **options: Any,
 ) -> pd.DataFrame:
-    """The measurements on one of the user's problems."""
+    """The rows of `measure` on the user's problem of this name."""
     case = own_problem(*by_name[problem], quick, report)
     return measure(quick, report, problem=problem, cases=(case,), **options)
 
 
-def narrowed(suite: Suite, text: str, quick: bool) -> Suite:
-    """The suite with the comparisons, costs and targets of some problems, and no studies.
+def with_selected_problems(suite: Suite, text: str, quick: bool) -> Suite:
+    """The suite with the comparisons, costs and targets of some problems, and without studies.
 
     Parameters
     ----------
     text
-        parts of their names, in any case, separated by commas
+        parts of the problems' names, in any case, separated by commas
 
     Raises
     ------
     ValueError
-        Without a part, or where one is in no name.
+        If `text` has no part, or no name contains one of the parts.
     """
     names = suite.problems(quick)
     parts = [word.strip() for word in text.split(",") if word.strip()]
     if not parts:
-        raise ValueError(f"give a part of a problem's name; received {text!r}.")
+        raise ValueError(f"expected parts of problems' names; received {text!r}.")
     for word in parts:
         if not any(word.casefold() in name.casefold() for name in names):
             raise ValueError(
                 f"there is no problem {word!r} to compare on; did you mean "
                 f"{nearest(word, names)!r} (known: {', '.join(names)})?"
             )
-    chosen = [name for name in names if any(word.casefold() in name.casefold() for word in parts)]
+    selected_names = [
+        name for name in names if any(word.casefold() in name.casefold() for word in parts)
+    ]
     return replace(
         suite,
-        problems=lambda quick: chosen,
-        cost=partial(suite.cost, only=chosen),
-        targets=tuple(target for target in suite.targets if target.problem in chosen),
+        problems=lambda quick: selected_names,
+        cost=partial(suite.cost, only=selected_names),
+        targets=tuple(target for target in suite.targets if target.problem in selected_names),
         sections=(),
     )

@@ -12,7 +12,8 @@ from tqdm import tqdm
 
 
 class Studies(AbstractContextManager["Studies"]):
-    """Count studies; `with studies("V3", title) as report` runs one, report(text) shows details.
+    """A progress display: `with studies("V3", title) as report` encloses a study, and report(text)
+    shows details of it.
 
     Parameters
     ----------

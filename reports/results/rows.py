@@ -1,4 +1,4 @@
-"""Tables of rows that earlier commands wrote: read, marked with their origin, and merged."""
+"""Read tables that earlier commands wrote, mark their rows with the origin, and merge them."""
 
 from __future__ import annotations
 
@@ -10,30 +10,35 @@ import pandas as pd
 
 from benchmarks.store.cells import read_csv
 
-MARKS = ("date", "commit", "setting")  # origin of a row; setting: quick or default
-TEXTS = (  # columns of texts, also where all of them are empty
-    *MARKS,
+ORIGIN_COLUMNS = (
+    "date",
+    "commit",
+    "setting",
+)  # columns of a row's origin; the setting: quick or default
+TEXT_COLUMNS = (  # columns that are read as texts, even if all cells are empty
+    *ORIGIN_COLUMNS,
     *("study", "quantity", "label", "status", "absent"),  # of studies
     *("source", "setup", "claimed", "bound", "expected", "reference", "verdict", "reason"),
     *("slopes", "settings", "note", "remark", "name", "contender"),
 )
 
 
-def read_rows(path: Path, needed: str = "") -> pd.DataFrame | None:
-    """A table with empty texts instead of missing ones; None, with a warning where there is a file
-    that cannot be read.
+def read_rows(path: Path, required_column: str = "") -> pd.DataFrame | None:
+    """Read a table, with "" for missing texts.
+
+    Returns None if there is no file, and, with a warning on stderr, if it cannot be read.
 
     Parameters
     ----------
     needed
-        a column without which it counts as unreadable
+        a column without which the file counts as unreadable
     """
     if not path.is_file():
         return None
     try:
-        table = read_csv(path, dtype=dict.fromkeys(TEXTS, str))
-        if needed and needed not in table:
-            raise ValueError(f"it has no column {needed!r}")
+        table = read_csv(path, dtype=dict.fromkeys(TEXT_COLUMNS, str))
+        if required_column and required_column not in table:
+            raise ValueError(f"it has no column {required_column!r}")
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
         why = " ".join(str(error).split())
         print(f"{path} is left out, since it cannot be read: {why}.", file=sys.stderr)
@@ -42,34 +47,41 @@ def read_rows(path: Path, needed: str = "") -> pd.DataFrame | None:
     return table.assign(**texts.astype(object).where(texts.notna(), ""))
 
 
-def marked(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
-    """The table with a column for each of MARKS appended; existing columns are unchanged."""
-    marks = {name: origin.get(name, "") for name in MARKS if name not in table}
+def with_origin(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
+    """The table with those columns of ORIGIN_COLUMNS that it lacks, filled from `origin`."""
+    marks = {name: origin.get(name, "") for name in ORIGIN_COLUMNS if name not in table}
     return table.assign(**marks)
 
 
-def read_marked(path: Path, needed: str, origin: Mapping[str, str]) -> pd.DataFrame | None:
-    """As `read_rows`; rows without marks get those of `origin`, which is that of the file."""
-    table = read_rows(path, needed)
-    return None if table is None else marked(table, origin)
+def read_with_origin(
+    path: Path, required_column: str, origin: Mapping[str, str]
+) -> pd.DataFrame | None:
+    """As `read_rows`; columns of ORIGIN_COLUMNS that the file lacks are filled from its
+    `origin`."""
+    table = read_rows(path, required_column)
+    return None if table is None else with_origin(table, origin)
 
 
-def merged(
-    before: pd.DataFrame | None,
-    now: pd.DataFrame,
+def merge_rows(
+    old_rows: pd.DataFrame | None,
+    new_rows: pd.DataFrame,
     key: str,
-    checked: Collection[str],
+    checked_ids: Collection[str],
     all_ids: Collection[str],
 ) -> pd.DataFrame:
     """The new rows, and the old rows of claims that were not checked, in the order of `all_ids`.
 
     Rows of claims that no longer exist are dropped.
     """
-    if before is None:
-        return now
-    stays = before[before[key].isin(set(all_ids) - set(checked))]
-    if stays.empty:
-        return now
-    both = pd.concat([now, stays.reindex(columns=now.columns)] if len(now) else [stays])
+    if old_rows is None:
+        return new_rows
+    kept_rows = old_rows[old_rows[key].isin(set(all_ids) - set(checked_ids))]
+    if kept_rows.empty:
+        return new_rows
+    all_rows = pd.concat(
+        [new_rows, kept_rows.reindex(columns=new_rows.columns)] if len(new_rows) else [kept_rows]
+    )
     order = {name: position for position, name in enumerate(all_ids)}
-    return both.sort_values(key, key=lambda ids: ids.map(order), kind="stable", ignore_index=True)
+    return all_rows.sort_values(
+        key, key=lambda ids: ids.map(order), kind="stable", ignore_index=True
+    )

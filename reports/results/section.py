@@ -14,7 +14,7 @@ from benchmarks.checks.claim import Report
 
 @dataclass(frozen=True)
 class Figure:
-    """One picture.
+    """The description of a picture.
 
     Attributes
     ----------
@@ -23,19 +23,19 @@ class Figure:
     title
         one line
     draw
-        (axes, table, **options)
+        function that is called with (axes, table, **options)
     source
         the paper's figure, e.g. "H fig. 2.3"
     claims
-        ids of claims; the table of the first that was measured is drawn
+        ids of claims; the table of the first one that was measured is drawn
     options
         further arguments of `draw`: quantities, labels, claimed rates
     caption
         explanation for the reader
     size
-        width and height in inches, where there is room
+        width and height in inches, if the width is not limited
     min_width
-        inches, below which it cannot be read and is not drawn
+        width in inches below which it would be unreadable, and is not drawn
     """
 
     name: str
@@ -50,12 +50,12 @@ class Figure:
 
 
 Measure = Callable[..., pd.DataFrame]  # (quick, report) -> table
-Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its columns
+Table = tuple[pd.DataFrame, Mapping[str, str]]  # a table of texts, and column -> CSS class
 
 
 @dataclass(frozen=True)
 class LongForm:
-    """The long form of a study: hours of runs, done one by one and stored.
+    """The long form of a study: hours of runs, which are made and stored one by one.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class LongForm:
 
 @dataclass(frozen=True)
 class Section:
-    """One study.
+    """A study with its own section.
 
     Attributes
     ----------
@@ -90,15 +90,15 @@ class Section:
     figures
         figures of the table
     long_form
-        None when it has none
+        the study's long form; None if it has none
     open
         whether external integrators take part
     compared
-        whether `compare` measures it too
+        whether `compare` measures it, too
     timed
-        whether it measures times; a report measures all others beside its claims
+        whether it measures times; a build measures all other studies in worker processes
     absent
-        () -> why the study cannot run here, for want of an engine; "" where it can
+        () -> which engine is missing, so that the study cannot run here; "" if it can
     """
 
     name: str

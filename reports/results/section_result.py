@@ -14,7 +14,7 @@ from reports.results.options import Options
 from reports.results.section import Section
 from reports.results.suite import Suite
 
-FOLDER = "studies"  # subfolder of the report for rows of the long forms
+STUDIES_FOLDER = "studies"  # subfolder of the report for rows of the long forms
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,11 @@ class SectionResult:
     Attributes
     ----------
     table
-        its rows, those of the long form among them; None when there are none
+        its rows, including those of the long form; None if there are none
     note
-        a sentence on the long form, or on an absent engine for want of which it did not run; or ""
+        a sentence on the long form, or on the missing engine without which it cannot run; or ""
     failure
-        a sentence when it raised, or ""
+        a sentence on the exception that it raised, or ""
     """
 
     section: Section
@@ -38,7 +38,7 @@ class SectionResult:
 
 
 def section_studies(sections: Iterable[Section], quick: bool) -> list[Study]:
-    """The default forms of these studies; their results are named by the titles."""
+    """The default forms of these studies; the names of their results are the sections' titles."""
     return [
         Study(section.title, "study", section.title, partial(section.measure, quick), section.timed)
         for section in sections
@@ -46,10 +46,10 @@ def section_studies(sections: Iterable[Section], quick: bool) -> list[Study]:
 
 
 def runnable(sections: Sequence[Section]) -> list[Section]:
-    """The studies whose engines are here; the others are named on stderr, with the reason."""
+    """The studies whose engines are installed; the others are named on stderr, with the reason."""
     for section in sections:
         if absence := section.absent():
-            say(f"{section.title}: will not run. {absence}")
+            print_progress(f"{section.title}: will not run. {absence}")
     return [section for section in sections if not section.absent()]
 
 
@@ -61,17 +61,17 @@ def measure_sections(
 ) -> list[SectionResult]:
     """Measure each study in its default form, and add the stored rows of its long form.
 
-    A study whose engine is absent is not run, which is no failure.
+    A study whose engine is missing is not run; that is not a failure.
     """
     cache = cache or BuildCache()
-    present = [section for section in sections if not section.absent()]
-    errors = cache.measure(section_studies(present, options.quick))
+    available = [section for section in sections if not section.absent()]
+    errors = cache.measure(section_studies(available, options.quick))
     section_results = []
     for section in sections:
         cached, note = cache.entries.get(section.title), section.absent()
-        tables = [_dated(cached.table, suite, options, cached.run)] if cached else []
+        tables = [_with_run(cached.table, suite, options, cached.run)] if cached else []
         if section.long_form is not None:
-            tables.append(section.long_form.stored(options.out / FOLDER, say))
+            tables.append(section.long_form.stored(options.out / STUDIES_FOLDER, print_progress))
             if not (len(tables[-1]) or note):
                 note = "Short version: make studies runs the long one."
         tables = [table for table in tables if len(table)]
@@ -82,17 +82,20 @@ def measure_sections(
     return section_results
 
 
-def _dated(table: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:
-    """Fill missing values of the commit and date columns, where present, with those of the run."""
+def _with_run(table: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:
+    """The table with the commit and date of its run in those columns, if it has them.
+
+    `run` is the start date of the run; "" for this run.
+    """
     origin = suite.provenance(options.command)
     commit, plus, dirty = origin.get("commit", "").partition("+")
-    now = {
+    run_columns = {
         "commit": f"{commit[:12]}{plus}{dirty}",
         "date": (run or origin.get("date", "")).partition(" ")[0],
     }
-    return table.assign(**{name: text for name, text in now.items() if name in table})
+    return table.assign(**{name: text for name, text in run_columns.items() if name in table})
 
 
-def say(text: str) -> None:
+def print_progress(text: str) -> None:
     """Print on stderr."""
     print(text, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Everything the commands run, as one value: made by `reports.contents`, or small, in tests."""
+"""The claims, comparisons and studies that the commands run, as one value."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Suite:
     work_precision
         (quick, report) -> errors and times of contenders
     problems
-        quick -> the values of its argument `problem`; empty by default
+        quick -> the values that the argument `problem` of `work_precision` may have; () by default
     cost
         (quick, report) -> costs of a step
     sections
@@ -27,9 +27,9 @@ class Suite:
     targets
         targets for the times of `work_precision`
     engines
-        every engine: name -> why it cannot be used here, or ""
+        () -> (name of an optional engine -> why it cannot be used here, or "")
     faults
-        sentences on the faults of external integrators so far
+        () -> sentences on the faults that external integrators have shown
     definitions
         id of the claim of an external integrator -> file and line of its class
     provenance

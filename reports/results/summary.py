@@ -1,4 +1,4 @@
-"""A summary of a report's results, also of a job's."""
+"""The summary of a report's rows, and the job summary of GitHub."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ from benchmarks.checks.coverage import coverage
 from benchmarks.claims.statements import statements, unfounded
 from reports.results.claim_results import ClaimResult
 
-VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
+SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
 
 
 def write_job_summary(text: str) -> None:
-    """Append to the summary file, if there is one; print a warning when that fails.
+    """Append to the summary file that SUMMARY_VARIABLE names, if any; print a warning if that
+    fails.
 
-    A blank line ends the text, or Markdown after a </details> would be shown as it is written.
+    A line break is added after the text: without a blank line, Markdown after a </details> would be
+    shown as it is written.
     """
-    path = os.environ.get(VARIABLE)
+    path = os.environ.get(SUMMARY_VARIABLE)
     if not path:
         return
     try:
         with open(path, "a", encoding="utf-8") as file:
             file.write(f"{text}\n")
     except OSError as error:
-        print(f"The summary was not appended to ${VARIABLE}: {error}.", file=sys.stderr)
+        print(f"The summary was not appended to ${SUMMARY_VARIABLE}: {error}.", file=sys.stderr)
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Summary:
         return tuple(row for row in self.rows if row.verdict != row.expected)
 
     @property
-    def share(self) -> float:
+    def percent_expected(self) -> float:
         """Percent of the rows with the expected verdict, of those that were run or should have
         been; 0 without such rows."""
         counted = [row for row in self.rows if row.verdict != NOT_RUN or row.expected != NOT_RUN]
@@ -58,46 +60,50 @@ class Summary:
 
     @property
     def unfounded(self) -> list[str]:
-        """What the rows do not say of the papers' statements; empty where a row differs from what
-        was expected or was not run, as without an engine, or a claim that a statement names has
-        none."""
+        """Sentences on statements of the papers that the rows do not support.
+
+        Empty if a verdict is not the expected one, or if a claim that a statement names has no row
+        or one that was not run.
+        """
         needed = {claim for statement in statements() for claim in statement.claims}
         not_run = {row.id for row in self.rows if row.verdict == NOT_RUN}
         complete = needed <= {row.id for row in self.rows} - not_run
         return unfounded(statements(), self.rows) if complete and not self.differing else []
 
     def holds(self, fail_under: float = 100.0) -> bool:
-        """Whether something was measured, so many percent of the verdicts are as expected, the
-        stated errors of orders cover, and the papers' statements have the rows that they name."""
+        """Whether the checks hold: something was measured, at least `fail_under` percent of the
+        verdicts are as expected, the stated errors of orders are plausible, and no statement of the
+        papers is unfounded."""
         measured = any(row.verdict != NOT_RUN for row in self.rows)
         founded = coverage(self.rows).is_plausible and not self.unfounded
-        return measured and self.share >= fail_under and founded
+        return measured and self.percent_expected >= fail_under and founded
 
     def __str__(self) -> str:
         agreements = {row.id for row in self.rows if row.source == AGREEMENT}
         claims = {row.id for row in self.rows} - agreements
         kinds = ((len(claims), "claim"), (len(agreements), "agreement"))
-        of = " and ".join(many(count, noun) for count, noun in kinds if count)
+        subjects = " and ".join(count_of(count, noun) for count, noun in kinds if count)
         counts = Counter(row.verdict for row in self.rows)
-        counted = ", ".join(_counted(counts[word], word) for word in VERDICTS if counts[word])
+        counted = ", ".join(_verdict_count(counts[word], word) for word in VERDICTS if counts[word])
         if not self.rows:
             return "No claim was checked."
-        checks = f"{of} in {many(len(self.rows), 'check')}: {counted}"
+        checks = f"{subjects} in {count_of(len(self.rows), 'check')}: {counted}"
         if counts[NOT_RUN] == len(self.rows):
             return f"{checks}; nothing was measured."
         covered = coverage(self.rows)
         if covered.orders:
             errors = "cover" if covered.is_plausible else "are too small"
             checks += f". The stated errors {errors}: {covered}"
-        if wrong := self.unfounded:
+        if unfounded_statements := self.unfounded:
             checks += (
-                f". {many(len(wrong), 'printed statement')} unfounded: {wrong[0].removesuffix('.')}"
+                f". {count_of(len(unfounded_statements), 'printed statement')} unfounded: "
+                f"{unfounded_statements[0].removesuffix('.')}"
             )
         if not self.differing:
             return f"{checks}; every verdict is the expected one."
         differ = "differs" if len(self.differing) == 1 else "differ"
-        named = ", ".join(dict.fromkeys(row.id for row in self.differing))
-        return f"{checks}; {len(self.differing)} {differ} from what was expected ({named})."
+        ids = ", ".join(dict.fromkeys(row.id for row in self.differing))
+        return f"{checks}; {len(self.differing)} {differ} from what was expected ({ids})."
 
 
 def summary(checked: Sequence[ClaimResult]) -> Summary:
@@ -105,12 +111,12 @@ def summary(checked: Sequence[ClaimResult]) -> Summary:
     return Summary(tuple(row for claim_result in checked for row in claim_result.rows))
 
 
-def many(count: int, noun: str) -> str:
+def count_of(count: int, noun: str) -> str:
     """E.g. "1 claim", "2 claims"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def _counted(count: int, verdict: str) -> str:
+def _verdict_count(count: int, verdict: str) -> str:
     if verdict == EXCEEDS:
         return f"{count} exceeded"
-    return many(count, verdict) if verdict == FINDING else f"{count} {verdict}"
+    return count_of(count, verdict) if verdict == FINDING else f"{count} {verdict}"

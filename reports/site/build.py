@@ -1,8 +1,8 @@
-"""The site: docs and results, by Sphinx.
+"""Build the site of docs and results by Sphinx.
 
-Sphinx reads a copy of the folder docs with the generated pages beside it, in a temporary folder:
-the sources may be read-only, and what Sphinx keeps are pickles, which must not be loaded from a
-folder that travels.
+Sphinx reads a copy of the folder docs in a temporary folder: the sources may be read-only, and the
+environment that Sphinx stores is pickled, so that it must not be loaded from a folder that others
+may have written.
 """
 
 from __future__ import annotations
@@ -26,38 +26,38 @@ from benchmarks.store.atomic import write
 from benchmarks.work_precision.run import problems
 from reports.figures.picture import slug
 from reports.results.suite import Suite
-from reports.site.pages import DOCS, RESULTS, rendered, single_file
+from reports.site.pages import DOCS, RESULTS, render, single_file
 from reports.site.report import Report
 
-SINGLE = "report.html"
-OUTSIDE = "external_links.txt"
+SINGLE_FILE = "report.html"
+EXTERNAL_LINKS_FILE = "external_links.txt"
 GENERATED = "generated"
-PACKAGES = ("galvi", "references")  # of which pages include lines
-CELL = re.compile(r"^```\{code-cell\}.*\n(?::.*\n)*", re.MULTILINE)
+INCLUDED_PACKAGES = ("galvi", "references")  # packages whose source lines pages include
+CODE_CELL = re.compile(r"^```\{code-cell\}.*\n(?::.*\n)*", re.MULTILINE)
 TITLE = re.compile(r"^# .*\n", re.MULTILINE)
-NOT_RUN = (
+NOT_RUN_NOTE = (
     "\n:::{note}\nThe code was not run for these pages; `make docs` shows what it prints.\n:::\n"
 )
-COLOUR = re.compile("\x1b\\[[0-9;]*m")
+COLOUR_CODE = re.compile("\x1b\\[[0-9;]*m")
 MATHJAX = "mathjax/tex-svg.js"  # under _static
-FILLED = ("index", "peers")  # pages beside those of RESULTS with expressions
+FILLED_PAGES = ("index", "peers")  # pages outside RESULTS that have expressions
 
-SHOWN: ContextVar[Report] = ContextVar("SHOWN")
+CURRENT_REPORT: ContextVar[Report] = ContextVar("CURRENT_REPORT")
 
 
 def write_single(report: Report) -> Path:
     """Write all results as one self-contained file; returns its path."""
-    return write(report.out / SINGLE, single_file(report))
+    return write(report.out / SINGLE_FILE, single_file(report))
 
 
 class SiteBuilder:
-    """Builds the site as often as it is called; what Sphinx keeps from one time to the next is
-    removed when the context ends.
+    """Builds the site at each call; Sphinx's files between calls are removed with the context.
 
     Parameters
     ----------
     tutorials
-        run their code, unless it ran before; else it is shown without what it prints
+        whether to run the tutorials' code that has not been run before; if not, it is shown without
+        output
     """
 
     def __init__(self, tutorials: bool = False) -> None:
@@ -67,7 +67,7 @@ class SiteBuilder:
         self.folder = tempfile.TemporaryDirectory(prefix="galvi-site-")
         self.source = Path(self.folder.name) / "docs"
         shutil.copytree(DOCS, self.source, ignore=shutil.ignore_patterns(GENERATED))
-        for name in PACKAGES:
+        for name in INCLUDED_PACKAGES:
             package = Path(str(import_module(name).__file__)).parent
             shutil.copytree(package, self.source.parent / name, ignore=shutil.ignore_patterns("_*"))
         return self
@@ -77,11 +77,15 @@ class SiteBuilder:
 
     def __call__(self, report: Report) -> list[str]:
         """Write the site to the folder of the report; returns Sphinx's warnings, and a sentence for
-        each link that leads nowhere."""
+        each broken link."""
         from sphinx.application import Sphinx
         from sphinx.util.docutils import docutils_namespace, patch_docutils
 
-        log, token, pages = io.StringIO(), SHOWN.set(report), self.source.parent / "site" / "html"
+        log, token, pages = (
+            io.StringIO(),
+            CURRENT_REPORT.set(report),
+            self.source.parent / "site" / "html",
+        )
         try:
             with patch_docutils(str(self.source)), docutils_namespace(), warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -98,11 +102,11 @@ class SiteBuilder:
                 )
                 site.build()
         finally:
-            SHOWN.reset(token)
+            CURRENT_REPORT.reset(token)
         shutil.copytree(pages, report.out, dirs_exist_ok=True)
-        text = COLOUR.sub("", log.getvalue()).replace(f"{self.source}{os.sep}", "")
+        text = COLOUR_CODE.sub("", log.getvalue()).replace(f"{self.source}{os.sep}", "")
         files = [report.out / f"{name}.html" for name in site.env.found_docs]
-        links = broken(report.out, files, anchors_of_results(report.suite))
+        links = broken_links(report.out, files, anchors_of_results(report.suite))
         return [*text.splitlines(), *links]
 
     def settings(self) -> dict[str, Any]:
@@ -110,13 +114,13 @@ class SiteBuilder:
         if not self.tutorials:
             return {"nb_execution_mode": "off"}
         cache = DOCS / GENERATED / ".cache"
-        os.environ["IPYTHONDIR"] = str(cache / "ipython")  # no settings of whoever builds
+        os.environ["IPYTHONDIR"] = str(cache / "ipython")  # ignore the user's own settings
         quiet_kernel(cache / "ipython")
         return {"nb_execution_mode": "cache", "nb_execution_cache_path": str(cache / "jupyter")}
 
 
 class Page(HTMLParser):
-    """What a page defines and what it refers to."""
+    """The anchors that an HTML page defines, and the targets of its links."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -125,7 +129,7 @@ class Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Called for each tag."""
+        """Collect the anchors and targets of a tag; called by HTMLParser."""
         for name, value in attrs:
             if name == "id":
                 self.anchors.add(value or "")
@@ -134,7 +138,7 @@ class Page(HTMLParser):
 
 
 def anchors_of_results(suite: Suite) -> dict[str, set[str]]:
-    """Page of results -> its places that other pages may link, shown or not in a report."""
+    """Page of results -> the anchors that other pages may link to, even if a report lacks them."""
     return {
         f"{RESULTS}/claims.html": {claim.id for claim in suite.claims},
         f"{RESULTS}/comparisons.html": {slug(name) for name in problems()},
@@ -142,27 +146,30 @@ def anchors_of_results(suite: Suite) -> dict[str, set[str]]:
     }
 
 
-def broken(
+def broken_links(
     folder: Path, files: Collection[Path], anchors_by_file: Mapping[str, Collection[str]]
 ) -> list[str]:
-    """A sentence for each link inside that leads nowhere; those outside go to OUTSIDE.
+    """A sentence for each broken link between pages; http links are written to EXTERNAL_LINKS_FILE,
+    unchecked.
 
     Parameters
     ----------
+    folder
+        the folder of the site
     files
         the built pages
     anchors_by_file
-        as `anchors_of_results`
+        file, relative to `folder` -> further anchors, as of `anchors_of_results`
     """
     folder = folder.resolve()
     pages = {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in files}
-    outside: set[str] = set()
+    external_links: set[str] = set()
     sentences = []
     for path, page in sorted(pages.items()):
         for target in sorted(page.targets):
             parts = urlsplit(target)
             if parts.scheme or parts.netloc:
-                outside |= {target} if parts.scheme.startswith("http") else set()
+                external_links |= {target} if parts.scheme.startswith("http") else set()
                 continue
             file = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             anchor = unquote(parts.fragment)
@@ -173,12 +180,12 @@ def broken(
                 )
             if not file.is_file() or (anchor and file in pages and anchor not in anchors):
                 sentences.append(f"{path.relative_to(folder)}: the link to {target} leads nowhere.")
-    write(folder / OUTSIDE, "".join(f"{target}\n" for target in sorted(outside)))
+    write(folder / EXTERNAL_LINKS_FILE, "".join(f"{target}\n" for target in sorted(external_links)))
     return sentences
 
 
 def copy_mathjax(static: Path) -> None:
-    """One file of MathJax, so that formulas are read without a network."""
+    """Copy MathJax into a folder, so that formulas are shown without a network."""
     package = find_spec("mathjax")
     assert package is not None and package.submodule_search_locations is not None
     (folder,) = package.submodule_search_locations
@@ -187,7 +194,7 @@ def copy_mathjax(static: Path) -> None:
 
 
 def quiet_kernel(folder: Path) -> None:
-    """IPython's settings for the code of tutorials: its notices are none of the documentation's."""
+    """Write settings of IPython that suppress its log messages, which would appear in tutorials."""
     write(
         folder / "profile_default" / "ipython_kernel_config.py",
         "get_config().IPKernelApp.log_level = 'ERROR'\n",
@@ -196,21 +203,22 @@ def quiet_kernel(folder: Path) -> None:
 
 def shows_results(name: str) -> bool:
     """Whether a page has expressions that show a report."""
-    return name in FILLED or name.startswith(f"{RESULTS}/")
+    return name in FILLED_PAGES or name.startswith(f"{RESULTS}/")
 
 
 def fill_in(app: Any, name: str, source: list[str]) -> None:
-    """Sphinx's `source-read`: the expressions of a page are replaced by what the report has, and
-    code that is not run is text."""
+    """Handler of Sphinx's `source-read`: evaluates the expressions of a page on the report, and
+    turns code cells into plain code blocks if no code is run."""
     if shows_results(name):
-        source[0] = rendered(source[0], name, SHOWN.get())
+        source[0] = render(source[0], name, CURRENT_REPORT.get())
     elif app.config.nb_execution_mode == "off":
-        text, cells = CELL.subn("```python\n", source[0])
-        source[0] = TITLE.sub(rf"\g<0>{NOT_RUN}", text, count=1) if cells else text
+        text, cells = CODE_CELL.subn("```python\n", source[0])
+        source[0] = TITLE.sub(rf"\g<0>{NOT_RUN_NOTE}", text, count=1) if cells else text
 
 
-def outdated(app: Any, env: Any, *changes: Any) -> list[str]:
-    """Sphinx's `env-get-outdated`: rows may have changed where the page's text has not."""
+def outdated_pages(app: Any, env: Any, *changes: Any) -> list[str]:
+    """Handler of Sphinx's `env-get-outdated`: the pages that show a report, whose rows may have
+    changed."""
     return [name for name in env.found_docs if shows_results(name)]
 
 
@@ -218,8 +226,8 @@ GALLERY = "tutorials/index"
 
 
 def picture_cards(app: Any, tree: Any, page: str) -> None:
-    """Sphinx's `doctree-resolved`: each card of the gallery has its tutorial's first picture, where
-    the tutorials were run."""
+    """Handler of Sphinx's `doctree-resolved`: adds to each card of the gallery the first picture of
+    its tutorial, if the tutorials were run."""
     from docutils import nodes
 
     if page != GALLERY:
@@ -237,7 +245,7 @@ def picture_cards(app: Any, tree: Any, page: str) -> None:
 
 
 def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
-    """Sphinx's `html-page-context`: names what opens the pages below one in the navigation."""
+    """Handler of Sphinx's `html-page-context`: labels the buttons that expand the navigation."""
     generate = context.get("generate_toctree_html")
     if generate is not None:
         context["generate_toctree_html"] = lambda *arguments, **options: str(
@@ -246,9 +254,9 @@ def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], t
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Called by Sphinx."""
+    """Connect the handlers; called by Sphinx."""
     app.connect("builder-inited", lambda app: copy_mathjax(Path(app.outdir) / "_static"))
-    app.connect("env-get-outdated", outdated)
+    app.connect("env-get-outdated", outdated_pages)
     app.connect("source-read", fill_in)
     app.connect("env-updated", lambda app, env: [GALLERY] if GALLERY in env.found_docs else [])
     app.connect("doctree-resolved", picture_cards)

@@ -1,5 +1,7 @@
-"""The claims as the page shows them: under the headings of their documents, each with its figures,
-set-up and checks; text that all rows of a claim share appears once."""
+"""The claims for their page: under the headings of their documents, with figures and checks.
+
+Text that all rows of a claim share is shown once.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
 from reports.results.claim_results import ClaimResult
-from reports.results.options import OF_CONTENDERS
+from reports.results.options import CONTENDER_PREFIX
 
 HEADINGS = {
     "claimed": "claimed",
@@ -26,8 +28,14 @@ HEADINGS = {
     "reference": "reference",
     "source": "source",
 }
-AGAIN = ("setup", "reason", "reference")  # "as above" where a row repeats the last one's
-AS_ABOVE, LONG = "as above", 40  # shorter beginnings are repeated
+ABBREVIATED_FIELDS = (
+    "setup",
+    "reason",
+    "reference",
+)  # fields that refer to the previous row's by AS_ABOVE
+AS_ABOVE = "as above"
+# Characters from which a common beginning of two texts is replaced by AS_ABOVE:
+MIN_REPEATED_LENGTH = 40
 
 
 @dataclass(frozen=True)
@@ -37,15 +45,15 @@ class ClaimSection:
     Attributes
     ----------
     headings
-        of the texts that differ between rows
+        headings of the texts that differ between rows
     checks
-        each row with its texts under these headings
+        each row, with its texts under these headings
     shared
-        (heading, text) common to all rows
+        (heading, text) of the texts that are common to all rows
     undrawn
         a sentence for each missing picture
     seconds
-        of its study, when it was last measured
+        run time of its study when it was last measured
     """
 
     claim: Claim
@@ -58,7 +66,7 @@ class ClaimSection:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """Each verdict of its rows, once."""
+        """The distinct verdicts of its rows, in the order of VERDICTS."""
         return tuple(word for word, _ in self.counts)
 
     @property
@@ -69,19 +77,19 @@ class ClaimSection:
 
     @property
     def tolerances(self) -> tuple[str, ...]:
-        """The bounds of its rows, each once."""
+        """The distinct bounds of its rows."""
         return tuple(dict.fromkeys(row.bound for row, _ in self.checks if row.bound))
 
     @property
     def command(self) -> str:
-        """The command that repeats it."""
-        of_contender = self.claim.id.startswith(OF_CONTENDERS)
-        option = " --contender package.module:Class" if of_contender else ""
+        """The command that checks this claim again."""
+        is_external = self.claim.id.startswith(CONTENDER_PREFIX)
+        option = " --contender package.module:Class" if is_external else ""
         return f"galvi verify --claims {self.claim.id}{option}"
 
 
 def claim_section(claim_result: ClaimResult, gallery: Gallery) -> ClaimSection:
-    """The section of a claim, with the pictures drawn from it or named by it."""
+    """The section of a claim, with the pictures that are drawn from its table or that it names."""
     names = [
         figure.name
         for figure in FIGURES
@@ -90,8 +98,8 @@ def claim_section(claim_result: ClaimResult, gallery: Gallery) -> ClaimSection:
     shared, columns = {}, {}
     for name, heading in HEADINGS.items():
         same, texts = shared_parts([getattr(row, name) for row in claim_result.rows])
-        if name in AGAIN:
-            texts = [after(*pair) for pair in zip(texts, ["", *texts], strict=False)]
+        if name in ABBREVIATED_FIELDS:
+            texts = [without_repetition(*pair) for pair in zip(texts, ["", *texts], strict=False)]
         shared |= {heading: same} if same else {}
         columns |= {heading: texts} if any(texts) else {}
     return ClaimSection(
@@ -108,42 +116,48 @@ def claim_section(claim_result: ClaimResult, gallery: Gallery) -> ClaimSection:
     )
 
 
-def after(text: str, last: str) -> str:
-    """The text below the last one, whose semicolon-separated beginning it does not repeat."""
-    parts, before = text.split("; "), last.split("; ")
-    same = len(list(takewhile(lambda pair: pair[0] == pair[1], zip(parts, before, strict=False))))
-    if text != last and len("; ".join(parts[:same])) < LONG:
+def without_repetition(text: str, last: str) -> str:
+    """The text for the row after `last`, with AS_ABOVE in place of their common beginning.
+
+    Only whole parts between semicolons are replaced. A common beginning of fewer than
+    MIN_REPEATED_LENGTH characters is kept, unless the texts are equal.
+    """
+    parts, last_parts = text.split("; "), last.split("; ")
+    equal_count = len(
+        list(takewhile(lambda pair: pair[0] == pair[1], zip(parts, last_parts, strict=False)))
+    )
+    if text != last and len("; ".join(parts[:equal_count])) < MIN_REPEATED_LENGTH:
         return text
-    return "; ".join([AS_ABOVE, *parts[same:]]) if text else ""
+    return "; ".join([AS_ABOVE, *parts[equal_count:]]) if text else ""
 
 
 def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:
     """The semicolon-separated parts that all texts share, and the remainder of each text."""
     parts = [text.split("; ") for text in texts]
-    same = (
+    common_parts = (
         [part for part in parts[0] if all(part in text_parts for text_parts in parts)]
         if parts
         else []
     )
     remainders = [
-        "; ".join(part for part in text_parts if part not in same) for text_parts in parts
+        "; ".join(part for part in text_parts if part not in common_parts) for text_parts in parts
     ]
-    return "; ".join(same), remainders
+    return "; ".join(common_parts), remainders
 
 
-EXTERNAL = "Claims of external integrators", "Their agreement with the truth"
+EXTERNAL_HEADINGS = "Claims of external integrators", "Their agreement with the truth"
 
 
 @dataclass(frozen=True)
 class ClaimGroup:
-    """What stands under a heading of a document.
+    """The claims under a heading of a document.
 
     Attributes
     ----------
     document
-        its title where this is its first heading, else ""
+        the document's title if this is its first heading that is shown, else ""
     statements
-        what the paper prints there
+        the statements that the paper prints there
     """
 
     document: str
@@ -154,23 +168,23 @@ class ClaimGroup:
 
 
 def paper_of(title: str) -> str:
-    """The paper's letter and a space, of a document on a paper: "H, chapter 1" is on H."""
+    """The letter of a document's paper and a space: "H " for "H, chapter 1"; "" for others."""
     return f"{title[0]} " if title[1:2] in (",", ":") else ""
 
 
 def claim_groups(sections: Sequence[ClaimSection]) -> list[ClaimGroup]:
-    """Every claim once, under the heading of its document; those of no document last.
+    """The claims, each under the heading of its document; claims of no document come last.
 
-    Headings without a claim among these are left out, unless these are all claims.
+    Headings without a claim are left out; if all claims are there, those with statements are kept.
     """
     by_id = {section.claim.id: section for section in sections}
-    documented = [
+    documented_ids = [
         entry.id
         for document in all_documents()
         for part in document.parts
         for entry in part.sections
     ]
-    complete = by_id.keys() >= set(documented)
+    complete = by_id.keys() >= set(documented_ids)
     groups = []
     for document in all_documents():
         title = document.title
@@ -178,10 +192,10 @@ def claim_groups(sections: Sequence[ClaimSection]) -> list[ClaimGroup]:
             claims = [by_id[entry.id] for entry in part.sections if entry.id in by_id]
             if claims or (complete and part.statements):
                 heading = f"{paper_of(document.title)}{part.title}"
-                printed = tuple(statements_of(part))
-                groups.append(ClaimGroup(title, heading, part.text, printed, tuple(claims)))
+                part_statements = tuple(statements_of(part))
+                groups.append(ClaimGroup(title, heading, part.text, part_statements, tuple(claims)))
                 title = ""
-    external = tuple(section for id, section in by_id.items() if id not in documented)
+    external = tuple(section for id, section in by_id.items() if id not in documented_ids)
     if external:
-        groups.append(ClaimGroup(*EXTERNAL, "", (), external))
+        groups.append(ClaimGroup(*EXTERNAL_HEADINGS, "", (), external))
     return groups

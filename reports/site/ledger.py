@@ -1,15 +1,16 @@
-"""A directive for the site: lines of the papers' ledger, where a page speaks of them.
+"""A directive for the site that shows lines of the papers' ledger, and a role that links claims.
 
     ```{ledger} H thm. 2.3.1; H (2.8); H 2.3.4 [V4 V14]
     ```
 
-shows the statements whose `where` begins with one of the places, up to a word's end: "H 2.3" takes
-"H 2.3.4", and "H thm. 2.3.1" leaves "H thm. 2.3.10" alone. Brackets narrow a place to lines of
-these claims, or of none for "-". What an earlier table of the page shows is not shown again.
+shows the statements whose `where` begins with one of the places, up to the end of a word: "H 2.3"
+matches "H 2.3.4", but "H thm. 2.3.1" does not match "H thm. 2.3.10". Brackets narrow a place to
+lines of these claims, or, for "-", to lines of no claim. Lines that an earlier table of the page
+shows are left out.
 
     {claim}`V4`
 
-leads to a claim's section of the results.
+links to a claim's section of the results.
 """
 
 from __future__ import annotations
@@ -25,34 +26,36 @@ from benchmarks.claims.statements import Statement, statements
 from reports.site.typeset import MINUS, typeset
 
 PLACE = re.compile(r"([^\[\]]+?)(?: \[([^\]]+)\])?")
-LOW = re.compile(r"(?<=[^\W\d]|[|)])_(?:\(((?:[^()]|\([^()]*\))+)\)|([^\W_]{1,4})(?!\w))")
+SUBSCRIPT = re.compile(r"(?<=[^\W\d]|[|)])_(?:\(((?:[^()]|\([^()]*\))+)\)|([^\W_]{1,4})(?!\w))")
 NAMES = "alpha beta gamma eta theta lambda mu nu xi pi rho sigma phi psi omega"
 GREEK = dict(zip(NAMES.split(), "αβγηθλμνξπρσφψω", strict=True))
 LETTER = re.compile(rf"(?<![^\W_])(d?)({'|'.join(GREEK)})(?![^\W\d_])", re.IGNORECASE)
-NONE = "-"  # in brackets: lines of no claim
+NO_CLAIM = "-"  # in brackets: lines of no claim
 CLAIMS = "results/claims.html"
 STYLE = Path(__file__).with_name("ledger.css")
 HEADINGS = ("where", "what it says", "what became of it")
 
 
 class Place(NamedTuple):
-    """The beginning of a `where`, and the claims of which a line needs one, if any are named."""
+    """The beginning of a `where`, and the claims, one of which a line must have; () for any."""
 
     where: str
     claims: tuple[str, ...]
 
-    def holds(self, statement: Statement) -> bool:
-        """Whether the statement is at this place."""
+    def matches(self, statement: Statement) -> bool:
+        """Whether the statement is at this place and has one of its claims."""
         remainder = statement.where[len(self.where) :]
         return (
             statement.where.startswith(self.where)
             and not remainder[:1].isalnum()
-            and (not self.claims or not set(self.claims).isdisjoint(statement.claims or (NONE,)))
+            and (
+                not self.claims or not set(self.claims).isdisjoint(statement.claims or (NO_CLAIM,))
+            )
         )
 
 
-def places(argument: str) -> list[Place]:
-    """The places of a directive's argument; ValueError for what is none."""
+def parse_places(argument: str) -> list[Place]:
+    """The places of a directive's argument. Raises ValueError for a part that is not a place."""
     locations = []
     for part in argument.split(";"):
         match = PLACE.fullmatch(part.strip())
@@ -64,24 +67,29 @@ def places(argument: str) -> list[Place]:
     return locations
 
 
-def chosen(argument: str, shown: Iterable[Statement] = ()) -> list[Statement]:
-    """The statements of a directive, in the ledger's order; ValueError for a place without one."""
-    left, wanted = (
+def select_statements(argument: str, shown: Iterable[Statement] = ()) -> list[Statement]:
+    """The statements of a directive, in the ledger's order, without those of `shown`.
+
+    Raises ValueError for a malformed place, and for one without a statement."""
+    candidates, locations = (
         [statement for statement in statements() if statement not in set(shown)],
-        places(argument),
+        parse_places(argument),
     )
-    for location in wanted:
-        if not any(location.holds(statement) for statement in left):
+    for location in locations:
+        if not any(location.matches(statement) for statement in candidates):
             raise ValueError(
                 f"the ledger has no line at {location.where!r} that is not shown above"
             )
     return [
-        statement for statement in left if any(location.holds(statement) for location in wanted)
+        statement
+        for statement in candidates
+        if any(location.matches(statement) for location in locations)
     ]
 
 
 def table(selected: Iterable[Statement], up: str) -> str:
-    """The lines as HTML; ``up`` is the way to the site's folder, '' or ending in '/'."""
+    """The statements as an HTML table; ``up`` is the relative path to the site's folder, '' or
+    ending in '/'."""
     head = "".join(f'<th scope="col">{heading}</th>' for heading in HEADINGS)
     body = "\n".join(_line(statement, up) for statement in selected)
     return (
@@ -90,13 +98,13 @@ def table(selected: Iterable[Statement], up: str) -> str:
     )
 
 
-def where_is(claim: str, up: str) -> str:
+def claim_address(claim: str, up: str) -> str:
     """The address of a claim's section; ``up`` as for `table`."""
     return f"{up}{CLAIMS}#{claim}"
 
 
 def _line(statement: Statement, up: str) -> str:
-    links = " ".join(f'<a href="{where_is(name, up)}">{name}</a>' for name in statement.claims)
+    links = " ".join(f'<a href="{claim_address(name, up)}">{name}</a>' for name in statement.claims)
     kind = statement.status.replace(" ", "-")
     status = f"{statement.status}, {statement.effect}" if statement.effect else statement.status
     cell = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(statement.why)]
@@ -108,9 +116,11 @@ def _line(statement: Statement, up: str) -> str:
 
 
 def _typeset(text: str) -> str:
-    """HTML with Greek letters and subscripts, too: the ledger names symbols, not a program's."""
+    """As `typeset`, with Greek letters and subscripts, too: names in the ledger are symbols."""
     html = LETTER.sub(_greek, typeset(text))
-    return LOW.sub(lambda match: f"<sub>{(match[1] or match[2]).replace('-', MINUS)}</sub>", html)
+    return SUBSCRIPT.sub(
+        lambda match: f"<sub>{(match[1] or match[2]).replace('-', MINUS)}</sub>", html
+    )
 
 
 def _greek(match: re.Match[str]) -> str:
@@ -134,7 +144,7 @@ def setup(app: Any) -> dict[str, Any]:
         def run(self) -> list[Any]:
             shown = self.env.temp_data.setdefault("ledger", [])
             try:
-                selected = chosen(self.arguments[0], shown)
+                selected = select_statements(self.arguments[0], shown)
             except ValueError as wrong:
                 raise self.error(str(wrong)) from wrong
             shown += selected
@@ -144,7 +154,7 @@ def setup(app: Any) -> dict[str, Any]:
         """A claim's name, leading to its section."""
 
         def run(self) -> Any:
-            address = where_is(self.text, up(self.env.docname))
+            address = claim_address(self.text, up(self.env.docname))
             return [nodes.reference("", self.text, refuri=address)], []
 
     app.add_directive("ledger", Ledger)

@@ -1,6 +1,6 @@
-"""Moving pictures from galvi's own curves: planets in 100-day steps, a tumbling body.
+"""Moving pictures of galvi's curves: planets in 100-day steps, and a tumbling body.
 
-Both come from the tables of claims V9 and L9, so that nothing is integrated for the page.
+They are made from the tables of claims V9 and L9; nothing is integrated for the page.
 """
 
 from __future__ import annotations
@@ -19,15 +19,19 @@ from galvi.arrays import Array
 from reports.figures.style.identities import COLOURS, SUN
 from reports.results.claim_results import ClaimResult
 
-POINTS = 600  # of a moving body's path
-SIZE = 400  # of the picture, in its own unit
-MARGIN = 14
-UP, AROUND = np.radians(18.0), np.radians(-55.0)  # of the view of the sphere
+PATH_POINTS = 600  # approximate number of points of a path
+SIZE = 400  # width and height of the picture, in units of its coordinates
+MARGIN = 14  # in the same units
+ELEVATION, AZIMUTH = (
+    np.radians(18.0),
+    np.radians(-55.0),
+)  # elevation and azimuth of the view of the sphere
 
 
 @dataclass(frozen=True)
 class Path:
-    """The path of one body in the picture's coordinates: points in equal times, and step ends."""
+    """The path of a body in the picture's coordinates: points at equal intervals of time, and ends
+    of steps."""
 
     points: tuple[tuple[float, float], ...]
     stops: tuple[tuple[float, float], ...]
@@ -42,8 +46,17 @@ class Path:
 
 @dataclass(frozen=True)
 class Motion:
-    """A moving picture; still: SVG elements that do not move; dot: radius of a step's end;
-    moving: of a body."""
+    """A moving picture.
+
+    Attributes
+    ----------
+    still
+        SVG elements that do not move
+    dot, moving
+        radii of the dots at step ends, and of the moving bodies
+    box
+        the viewBox of the SVG
+    """
 
     name: str
     title: str
@@ -65,20 +78,24 @@ def motions(checked: Sequence[ClaimResult]) -> list[Motion]:
     }
     pictures = []
     if "V9" in tables:
-        pictures.append(_planets(tables["V9"]))
+        pictures.append(_motion_of_planets(tables["V9"]))
     if "L9" in tables:
-        pictures.append(_body(tables["L9"]))
+        pictures.append(_motion_of_body(tables["L9"]))
     return [picture for picture in pictures if picture is not None]
 
 
-def _planets(table) -> Motion | None:  # type: ignore[no-untyped-def]
-    curves = [_places(pick(table, quantity=CURVE, label=body), "xy") for body in v09.INNER]
-    ends = [_places(pick(table, quantity=ENDS, label=body), "xy") for body in v09.INNER]
+def _motion_of_planets(table) -> Motion | None:  # type: ignore[no-untyped-def]
+    curves = [
+        _finite_positions(pick(table, quantity=CURVE, label=body), "xy") for body in v09.INNER
+    ]
+    ends = [_finite_positions(pick(table, quantity=ENDS, label=body), "xy") for body in v09.INNER]
     if not all(map(len, (*curves, *ends))):
         return None
-    half = max(float(np.abs(curve).max()) for curve in curves)
+    half_width = max(float(np.abs(curve).max()) for curve in curves)
     paths = tuple(
-        Path(_points(curve, half, POINTS * 3), _points(stops, half), COLOURS[k], 0.5)
+        Path(
+            _points(curve, half_width, PATH_POINTS * 3), _points(stops, half_width), COLOURS[k], 0.5
+        )
         for k, (curve, stops) in enumerate(zip(curves, ends, strict=True))
     )
     sun = Markup('<circle cx="{0}" cy="{0}" r="6" fill="{1}" stroke="#222" stroke-width=".6"/>')
@@ -90,30 +107,32 @@ def _planets(table) -> Motion | None:  # type: ignore[no-untyped-def]
         "Mercury, Venus, Earth and Mars move round the Sun on closed orbits; of the dots, which "
         "mark the ends of the steps, fewer than one belongs to a revolution of Mercury.",
         paths,
-        (sun.format(SIZE // 2, SUN), *map(_name, paths, v09.INNER)),
+        (sun.format(SIZE // 2, SUN), *map(_name_above, paths, v09.INNER)),
         2.0,
     )
 
 
-def _name(path: Path, body: str) -> Markup:
+def _name_above(path: Path, body: str) -> Markup:
     """The body's name above the top of its path."""
     x, y = min(path.points, key=lambda point: point[1])
     text = '<text x="{0:g}" y="{1:g}" font-size="11" text-anchor="middle" fill="{2}">{3}</text>'
     return Markup(text).format(x, max(y - 4.0, 11.0), path.color, body)
 
 
-def _body(table) -> Motion | None:  # type: ignore[no-untyped-def]
+def _motion_of_body(table) -> Motion | None:  # type: ignore[no-untyped-def]
     rows = pick(table, study=l09.named(l09.DRAWN, "Cayley"))
-    curve, stops = (_places(pick(rows, quantity=name), "xyz") for name in (l09.CURVE, l09.ENDS))
+    curve, stops = (
+        _finite_positions(pick(rows, quantity=name), "xyz") for name in (l09.CURVE, l09.ENDS)
+    )
     if not (len(curve) and len(stops)):
         return None
     path = Path(
-        _points(_projected(curve), 1.0, 2 * POINTS),
+        _points(_projected(curve), 1.0, 2 * PATH_POINTS),
         _points(_projected(stops), 1.0),
         COLOURS[0],
         0.9,
     )
-    middle, radius = SIZE / 2, SIZE / 2 - MARGIN
+    centre, radius = SIZE / 2, SIZE / 2 - MARGIN
     globe = Markup('<circle cx="{0:g}" cy="{0:g}" r="{1:g}" fill="#eef3f7" stroke="#bbb"/>')
     equator = Markup(
         '<ellipse cx="{0:g}" cy="{0:g}" rx="{1:g}" ry="{2:g}" fill="none" stroke="#bbb"/>'
@@ -129,28 +148,36 @@ def _body(table) -> Motion | None:  # type: ignore[no-untyped-def]
             Path(path.points, (), path.color, path.width),
             Path(path.points[:1], path.stops, "#222", 0),
         ),
-        (globe.format(middle, radius), equator.format(middle, radius, radius * np.sin(UP))),
+        (globe.format(centre, radius), equator.format(centre, radius, radius * np.sin(ELEVATION))),
         2.0,
     )
 
 
-def _places(rows, axes: str) -> Array:  # type: ignore[no-untyped-def]
-    places = rows.sort_values("t")[list(axes)].to_numpy(float)
-    return places[np.all(np.isfinite(places), axis=1)]
+def _finite_positions(rows, axes: str) -> Array:  # type: ignore[no-untyped-def]
+    positions = rows.sort_values("t")[list(axes)].to_numpy(float)
+    return positions[np.all(np.isfinite(positions), axis=1)]
 
 
-def _projected(places: Array) -> Array:
-    """Points of the sphere, z downwards, projected as in the figures."""
-    x, y, z = places.T * np.array([1.0, 1.0, -1.0])[:, None]
-    right = -np.sin(AROUND) * x + np.cos(AROUND) * y
-    depth = np.cos(AROUND) * x + np.sin(AROUND) * y
-    return np.column_stack((right, np.cos(UP) * z - np.sin(UP) * depth))
+def _projected(positions: Array) -> Array:
+    """Points on the sphere, z downwards, (n, 3), projected along the view, (n, 2)."""
+    x, y, z = positions.T * np.array([1.0, 1.0, -1.0])[:, None]
+    right = -np.sin(AZIMUTH) * x + np.cos(AZIMUTH) * y
+    depth = np.cos(AZIMUTH) * x + np.sin(AZIMUTH) * y
+    return np.column_stack((right, np.cos(ELEVATION) * z - np.sin(ELEVATION) * depth))
 
 
 def _points(
-    places: Array, half: float, at_most: int | None = None
+    positions: Array, half_width: float, approximate_count: int | None = None
 ) -> tuple[tuple[float, float], ...]:
-    """Points in the picture's coordinates, y downwards; thinned to equal strides."""
-    chosen = places if at_most is None else places[:: max(1, len(places) // at_most)]
-    scaled = SIZE / 2 + (SIZE / 2 - MARGIN) * chosen / half * np.array([1.0, -1.0])
+    """Points in the picture's coordinates, y downwards; half is the largest coordinate shown.
+
+    With `approximate_count`, every k-th point is taken, so that about that many remain, or up to
+    twice as many.
+    """
+    thinned = (
+        positions
+        if approximate_count is None
+        else positions[:: max(1, len(positions) // approximate_count)]
+    )
+    scaled = SIZE / 2 + (SIZE / 2 - MARGIN) * thinned / half_width * np.array([1.0, -1.0])
     return tuple((round(float(x), 1), round(float(y), 1)) for x, y in scaled)

@@ -1,7 +1,7 @@
-"""The pages of results: MyST with Jinja's expressions in docs/results, which show a report's rows.
+"""The pages of results: MyST templates in docs/results, which Jinja fills with a report's rows.
 
-A page sees the report as `report`, and what is listed in `_environment`. Tables and long texts are
-HTML without blank lines in between, which MyST takes as they are.
+A template has the report as `report`, and the names that `_environment` lists. Tables and long
+texts are HTML without blank lines, which MyST leaves unchanged.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Row
-from benchmarks.claims.statements import EFFECTS, counted
+from benchmarks.claims.statements import EFFECTS, status_counts
 from benchmarks.store.provenance import ROOT
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import EARLY_TOLERANCES
@@ -25,7 +25,7 @@ from references.stored.provenance import HEADINGS, truths
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, slug
 from reports.figures.profiles import PROFILES
-from reports.results.origins import described
+from reports.results.origins import describe_origins
 from reports.site import comparisons
 from reports.site.motion import motions
 from reports.site.peers import peers
@@ -61,11 +61,11 @@ PAGES = (
     "reproduce",
     "provenance",
 )
-SMALL = 1e-4  # relative uncertainty below which a number is not shown to its digits
+SMALL_UNCERTAINTY = 1e-4  # relative uncertainty below which a number is shown with 4 digits only
 LARGE_COUNT = 1e5  # counts below this are shown in full
 MARKDOWN = re.compile(r"([\\`*_{}\[\]<>$|#~&])")
-FIGURES = "figures"
-SETTINGS = {  # of docutils; lines are as long as the pictures in them
+FIGURES_FOLDER = "figures"
+DOCUTILS_SETTINGS = {  # of docutils; lines are as long as the pictures in them
     "doctitle_xform": False,
     "raw_enabled": True,
     "line_length_limit": 10**9,
@@ -81,24 +81,24 @@ def page(name: str, report: Report, single: bool = False) -> str:
     name
         its name in Sphinx, as "results/claims"
     single
-        for one file that holds all pages: pictures are embedded, links stay inside
+        whether the page is part of a single file: pictures are embedded, and links are anchors
     """
     text = (DOCS / f"{name}.md").read_text(encoding="utf-8")
-    return rendered(text, name, report, single)
+    return render(text, name, report, single)
 
 
-def rendered(text: str, name: str, report: Report, single: bool = False) -> str:
-    """The MyST text of a page from its template, as `page`."""
+def render(text: str, name: str, report: Report, single: bool = False) -> str:
+    """The MyST text of a page from the text of its template; other arguments as for `page`."""
     up = "../" * name.count("/")
-    beside = "" if name.startswith(f"{RESULTS}/") else f"{RESULTS}/"
+    results_path = "" if name.startswith(f"{RESULTS}/") else f"{RESULTS}/"
 
     def link(part: str, anchor: str = "") -> str:
         if single:
             return f"#{anchor or part}"
-        return f"{beside}{part}.html{f'#{anchor}' if anchor else ''}"
+        return f"{results_path}{part}.html{f'#{anchor}' if anchor else ''}"
 
     def source(picture: Picture) -> str:
-        return data_uri(picture) if single else f"{up}{FIGURES}/{picture.name}.svg"
+        return data_uri(picture) if single else f"{up}{FIGURES_FOLDER}/{picture.name}.svg"
 
     template = _environment().from_string(text)
     return template.render(report=report, link=link, source=source, up=up, single=single)
@@ -123,9 +123,10 @@ def _environment() -> Environment:
         without_folder=without_folder,
     )
     functions: tuple[Any, ...] = (
-        built, chances, command_lines, counted, described, elsewhere, energies, fastest_cells,
-        fastest_lines, file_table, html_table, in_text, label_of, motions, mujoco_overhead,
-        of_mujoco, peers, readable_cost, readable_ratios, readable_targets, sentences, slug,
+        built, chances, command_lines, status_counts, describe_origins, elsewhere, energies,
+        fastest_cells, fastest_lines, file_table, html_table, in_text, label_of, motions,
+        mujoco_overhead, of_mujoco, peers, readable_cost, readable_ratios, readable_targets,
+        sentences, slug,
         without_common, comparisons.filters, comparisons.installed_engines,
     )  # fmt: skip
     environment.globals.update({function.__name__: function for function in functions})
@@ -147,17 +148,17 @@ def _environment() -> Environment:
 
 
 def in_text(table: pd.DataFrame) -> pd.DataFrame:
-    """The table with numbers as text."""
+    """The table with its numbers as texts."""
     return table.map(lambda cell: readable(cell) if isinstance(cell, float) else str(cell))
 
 
 def plain(text: str) -> Markup:
-    """A text in which nothing is Markdown, for headings."""
+    """The text with Markdown's characters escaped, for headings."""
     return Markup(MARKDOWN.sub(r"\\\1", text))
 
 
 def data_uri(picture: Picture) -> str:
-    """A picture inside the page: as SVG, or as PNG where that is much shorter."""
+    """The data URI of a picture: of its SVG, or of its PNG if that is less than half as long."""
     kind, content = ("svg+xml", picture.svg)
     if 2 * len(picture.png) < len(picture.svg):
         kind, content = "png", picture.png
@@ -165,16 +166,16 @@ def data_uri(picture: Picture) -> str:
 
 
 def time_spent(number: Any) -> str:
-    """A time in seconds with two digits, as minutes from two on; "" when unknown."""
+    """A time in seconds as text with two digits, in minutes from 120 s on; "" if unknown."""
     if is_finite(number) and number >= 120.0:
         return f"{readable(number / 60.0, 2)} min"
     return f"{readable(number, 2)} s" if is_finite(number) else ""
 
 
 def measured(row: Row) -> str:
-    """The number with its uncertainty, counts in full; "not run" where there is none."""
+    """The row's number with its uncertainty, counts in full; "not run" if there is no number."""
     number, error = row.measured, row.uncertainty
-    if is_finite(number) and is_finite(error) and 0.0 < error < SMALL * abs(number):
+    if is_finite(number) and is_finite(error) and 0.0 < error < SMALL_UNCERTAINTY * abs(number):
         return f"{readable(number, 4)} ± {readable(error, 1)}"
     if (
         is_finite(number)
@@ -197,7 +198,7 @@ def single_file(report: Report) -> str:
             page(f"{RESULTS}/{name}", report, single=True),
             parser=Parser(),
             writer="html5",
-            settings_overrides=SETTINGS,
+            settings_overrides=DOCUTILS_SETTINGS,
         )
         bodies.append((name, Markup(parts["body"])))
     folder = DOCS / "_static"

@@ -1,7 +1,7 @@
-"""What the page of compared integrators says of each family, from the comparisons' own data.
+"""The facts on each family of integrators for the page of compared integrators.
 
-What they do not hold is in ``docs/peers.csv``, with its source: what an integrator is, what it
-conserves, its defects, its documentation.
+They are taken from the comparisons or, with their source, from ``docs/peers.csv``: what an
+integrator is, what it conserves, its defects, and its documentation.
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ from functools import cache
 from typing import Any
 
 from benchmarks.claims.agreements import WithGalvi
-from benchmarks.claims.documents import all_documents, measuring
+from benchmarks.claims.documents import all_documents, measuring_object
 from benchmarks.store.provenance import ROOT, versions
 from benchmarks.work_precision.labels import label_of
 from benchmarks.work_precision.problem import Participant, Setting
 from benchmarks.work_precision.problems import work_precision_problems
 from reports.figures.style.identities import identity
 
-FACTS = ROOT / "docs" / "peers.csv"
+FACTS_FILE = ROOT / "docs" / "peers.csv"
 PACKAGES = {"REBOUND": "rebound", "MuJoCo": "mujoco-core", "heyoka": "heyoka", "SciPy": "scipy"}
-NOT_SHOWN = ("save_every", "samples")
+HIDDEN_KEYS = ("save_every", "samples")
 
 
 @dataclass(frozen=True, eq=False)
 class Peer:
-    """What the comparisons hold of one family of contenders.
+    """A family of contenders.
 
     Attributes
     ----------
     facts
         its line of ``docs/peers.csv``
     orders
-        of convergence, of each contender that states it
+        orders of convergence of the contenders that state them
     runs
-        problem -> its participants there
+        problem -> its participants on this problem
     """
 
     facts: Mapping[str, str]
@@ -56,13 +56,13 @@ class Peer:
 
     @property
     def order(self) -> str:
-        """E.g. "4 to 32"."""
-        ends = dict.fromkeys((min(self.orders), max(self.orders))) if self.orders else ()
-        return self.facts["order"] or " to ".join(map(str, ends))
+        """The orders of convergence as in ``docs/peers.csv``, or from `orders`, e.g. "4 to 32"."""
+        extremes = dict.fromkeys((min(self.orders), max(self.orders))) if self.orders else ()
+        return self.facts["order"] or " to ".join(map(str, extremes))
 
     @property
     def package(self) -> str:
-        """Package and installed version."""
+        """The package with its installed version; "this repository" without a package."""
         name = PACKAGES.get(self.family.split()[0])
         return f"{name} {versions()[name]}" if name else "this repository"
 
@@ -91,7 +91,7 @@ class Peer:
             section.id
             for part in all_documents()[-1].parts
             for section in part.sections
-            for pair in measuring(section).pairs
+            for pair in measuring_object(section).pairs
             if isinstance(pair, WithGalvi) and pair.contender.name in names
         ]
 
@@ -111,8 +111,11 @@ class Peer:
 
 @cache
 def peers() -> tuple[Peer, ...]:
-    """Every family of the comparisons; KeyError for one without a line in ``docs/peers.csv``."""
-    with FACTS.open(encoding="utf-8", newline="") as file:
+    """The families in ``docs/peers.csv``, with their participants.
+
+    Raises KeyError for a participant whose family has no line there.
+    """
+    with FACTS_FILE.open(encoding="utf-8", newline="") as file:
         by_family = {line["family"]: Peer(line) for line in csv.DictReader(file)}
     for case in work_precision_problems(quick=False):
         for participant in case.participants:
@@ -127,7 +130,7 @@ def peers() -> tuple[Peer, ...]:
 
 def _settings(settings: Sequence[Setting], unit: str) -> str:
     """E.g. "5 settings: step 361 to 1083 d, corrector 17"."""
-    keys = dict.fromkeys(key for setting in settings for key in setting if key not in NOT_SHOWN)
+    keys = dict.fromkeys(key for setting in settings for key in setting if key not in HIDDEN_KEYS)
     varied = ", ".join(_values(key, settings, unit) for key in keys)
     count = f"{len(settings)} setting{'s' if len(settings) > 1 else ''}"
     return f"{count}: {varied}" if varied else count

@@ -1,4 +1,4 @@
-"""What the pages of results show, at the end of a build or on its way."""
+"""The contents of the pages of results, during a build and at its end."""
 
 from __future__ import annotations
 
@@ -45,18 +45,18 @@ NO_PICTURES = Gallery({}, {})
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """All that the pages of results are made from; what is derived from it is a property.
+    """The results from which the pages are made; derived contents are properties.
 
     Attributes
     ----------
     provenance
-        of the pages
+        provenance of the pages
     history
-        the stored benches; None without any
+        the stored benches; None if there are none
     from_rows
-        whether the pages show stored rows, and nothing was measured for them
+        whether all rows were stored by earlier commands
     left
-        what is still being measured
+        names of the parts that are still to be measured
     """
 
     suite: Suite
@@ -68,7 +68,7 @@ class Report:
     gallery: Gallery = NO_PICTURES
     history: History | None = None
     from_rows: bool = False
-    left: Sequence[str] = ()
+    pending: Sequence[str] = ()
 
     @property
     def out(self) -> Path:
@@ -82,12 +82,12 @@ class Report:
 
     @property
     def origin(self) -> Mapping[str, str]:
-        """The origin of the comparisons' rows."""
+        """The origin of the comparisons' rows; the pages' provenance if it is not recorded."""
         return self.origins.get(TIMES, self.provenance)
 
     @cached_property
     def sources(self) -> list[Source]:
-        """Where the numbers of each part come from."""
+        """The origins of the rows of each part."""
         return sources(self.out, self.checked, self.comparison, self.sections)
 
     @cached_property
@@ -122,7 +122,7 @@ class Report:
 
     @cached_property
     def statements(self) -> Sequence[Statement]:
-        """What the papers print."""
+        """The statements of the papers."""
         return printed_statements()
 
     @property
@@ -132,7 +132,7 @@ class Report:
 
     @property
     def statuses(self) -> pd.DataFrame:
-        """How many statements of each paper have each status."""
+        """A row for each status: how many statements of each paper have it."""
         pairs = pd.DataFrame(
             {
                 "status": [statement.status for statement in self.statements],
@@ -182,7 +182,7 @@ class Report:
 
     @property
     def sentences(self) -> list[str]:
-        """Who is fastest on each problem."""
+        """A sentence for each problem on which code is fastest."""
         return summary_sentences(self.tables.ratios) if len(self.tables.ratios) else []
 
     def pictures(self, figures: Iterable[Figure]) -> list[Picture]:
@@ -191,7 +191,7 @@ class Report:
         return [drawn[figure.name] for figure in figures if figure.name in drawn]
 
     def picture_named(self, name: str) -> list[Picture]:
-        """The picture of this name, where it was drawn."""
+        """A list with the picture of this name; [] if it was not drawn."""
         return [picture for picture in self.gallery.pictures.values() if picture.name == name]
 
     def undrawn(self, figures: Iterable[Figure]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Where the numbers of the pages come from: when, from which commit and by which command."""
+"""The origins of the numbers on the pages: date, commit and command."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ import pandas as pd
 
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.origins import described, read_origins, short
-from reports.results.rows import MARKS, read_marked
+from reports.results.origins import describe_origins, read_origins, short_commit
+from reports.results.rows import ORIGIN_COLUMNS, read_with_origin
 from reports.results.section_result import SectionResult
 
 CLAIMS = "claims.csv"
-OF_A_RUN = (*MARKS, "command")  # what of an origin is not a version or the machine
+RUN_FIELDS = (*ORIGIN_COLUMNS, "command")  # entries of an origin other than versions and machine
 
 
 @dataclass(frozen=True)
 class Source:
-    """A part of the pages that one or several measurements gave.
+    """A part of the pages, with the origins of its rows.
 
     Attributes
     ----------
     part
-        its name
+        name of the part
     origins
-        of its rows, see `reports.results.origins`
+        see `reports.results.origins`
     """
 
     part: str
@@ -41,11 +41,11 @@ def sources(
     comparison: Comparison,
     sections: Sequence[SectionResult],
 ) -> list[Source]:
-    """The parts with rows, from what the folder says of its files; claims row by row."""
+    """The parts with rows; their origins are those of the files, for claims those of each row."""
     origins = read_origins(out)
     parts = []
     if checked:
-        parts.append(Source("Claims", _of_claims(out, checked, origins.get(CLAIMS, {}))))
+        parts.append(Source("Claims", _origins_of_claims(out, checked, origins.get(CLAIMS, {}))))
     for part, file, table in (
         ("Comparisons", "work_precision.csv", comparison.work_precision),
         ("Cost of a step", "cost.csv", comparison.cost),
@@ -58,15 +58,15 @@ def sources(
     return parts
 
 
-def _of_claims(
+def _origins_of_claims(
     out: Path, checked: Sequence[ClaimResult], last: Mapping[str, str]
 ) -> tuple[Mapping[str, str], ...]:
-    """Each origin of the rows of these claims once; `last` is that of the last measurement."""
-    rows = read_marked(out / CLAIMS, "id", last)
+    """The distinct origins of the rows of these claims; `last` is that of the last measurement."""
+    rows = read_with_origin(out / CLAIMS, "id", last)
     if rows is None:
         return (last,)
     rows = rows[rows["id"].isin([claim_result.claim.id for claim_result in checked])]
-    marks = rows[list(MARKS)].drop_duplicates().astype(str).to_dict("records")
+    marks = rows[list(ORIGIN_COLUMNS)].drop_duplicates().astype(str).to_dict("records")
     command = last.get("command", "")
     return tuple(
         {**mark, "command": command if mark["commit"] == last.get("commit") else ""}
@@ -75,10 +75,11 @@ def _of_claims(
 
 
 def sentences(parts: Sequence[Source]) -> list[str]:
-    """E.g. "Claims: 2026-01-02 03:04 UTC, commit 01234"; parts of the same origin in one."""
+    """Sentences such as "Claims: 2026-01-02 03:04 UTC, commit 0123456789ab"; parts of the same
+    origin share one."""
     names: dict[str, list[str]] = {}
     for source in parts:
-        names.setdefault(described(source.origins), []).append(source.part)
+        names.setdefault(describe_origins(source.origins), []).append(source.part)
     if len(names) == 1 and len(parts) > 1:
         return [f"All numbers: {text}" for text in names]
     return [
@@ -88,10 +89,10 @@ def sentences(parts: Sequence[Source]) -> list[str]:
 
 
 def command_lines(parts: Sequence[Source]) -> str:
-    """The lines that measure all of it again: each commit, and the commands run there."""
+    """Shell commands that measure all parts again: for each commit its checkout and commands."""
     by_commit: dict[str, list[str]] = {}
     for origin in (origin for source in parts for origin in source.origins):
-        commands = by_commit.setdefault(short(origin.get("commit") or "unknown"), [])
+        commands = by_commit.setdefault(short_commit(origin.get("commit") or "unknown"), [])
         command = without_folder(origin.get("command", ""))
         if command and command not in commands:
             commands.append(command)
@@ -104,23 +105,23 @@ def command_lines(parts: Sequence[Source]) -> str:
 
 
 def without_folder(command: str) -> str:
-    """A command without `--out`: it writes to reports/out."""
+    """The command without its option `--out`, so that it writes to the default folder."""
     return re.sub(r""" --out(?:=| +)(?:'[^']*'|"[^"]*"|\S+)""", "", command)
 
 
 def file_table(origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]) -> pd.DataFrame:
-    """A line for each file; its versions and machine where they differ from the shown ones."""
+    """A line for each file; versions and machine are listed where they differ from `shown`."""
     lines = [
         {
             "file": file,
             "written": origin.get("date", ""),
-            "commit": short(origin.get("commit") or "unknown"),
+            "commit": short_commit(origin.get("commit") or "unknown"),
             "setting": origin.get("setting", ""),
             "command": without_folder(origin.get("command", "")),
             "what differs from above": "; ".join(
                 f"{name} {text}"
                 for name, text in origin.items()
-                if name not in OF_A_RUN and shown.get(name) != text
+                if name not in RUN_FIELDS and shown.get(name) != text
             ),
         }
         for file, origin in origins.items()

@@ -1,4 +1,4 @@
-"""Typeset plain-text mathematics in HTML: superscripts, powers of ten, unbroken sums."""
+"""Typeset plain-text mathematics in HTML: superscripts, powers of ten, and unbreakable spaces."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import re
 from markupsafe import Markup, escape
 
 POWER = re.compile(r"\^(-?\((?:[^()]|\([^()]*\))*\)|\{[^{}]*\}|-?[A-Za-z0-9./*]*[A-Za-z0-9])")
-TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?!\w)")
-JOINED = re.compile(r"(?<=[\w)\]|]) ([+=/*±≤≥]|&lt;|&gt;) (?=[\w(\[|]|-\d)")
-LESS = re.compile(r"(?<![A-Za-z]{2}) - (?=[\w(\[|])")
+POWER_OF_TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?!\w)")
+SPACED_SIGN = re.compile(r"(?<=[\w)\]|]) ([+=/*±≤≥]|&lt;|&gt;) (?=[\w(\[|]|-\d)")
+MINUS_SIGN = re.compile(r"(?<![A-Za-z]{2}) - (?=[\w(\[|])")
 UNBROKEN = "\u00a0"
 MINUS = "\u2212"
 INFINITY = "\u221e"
@@ -20,17 +20,17 @@ def typeset(text: str) -> Markup:
     html = str(escape(text))
     html = html.replace("&#39;", "'").replace("fig. ", f"fig.{UNBROKEN}").replace(" -+ ", " ± ")
     html = html.replace("&lt;= ", "≤ ").replace("&gt;= ", "≥ ")
-    html = JOINED.sub(rf"{UNBROKEN}\1{UNBROKEN}", html)
-    html = LESS.sub(f"{UNBROKEN}{MINUS}{UNBROKEN}", html)
-    html = TEN.sub(_ten, html)
-    return Markup(POWER.sub(_raised, html))
+    html = SPACED_SIGN.sub(rf"{UNBROKEN}\1{UNBROKEN}", html)
+    html = MINUS_SIGN.sub(f"{UNBROKEN}{MINUS}{UNBROKEN}", html)
+    html = POWER_OF_TEN.sub(_ten, html)
+    return Markup(POWER.sub(_superscript, html))
 
 
-def _raised(match: re.Match[str]) -> str:
-    inside = match.group(1)
-    if inside[0] in "({":
-        inside = inside[1:-1]
-    return f"<sup>{inside.replace('-', MINUS).replace('infinity', INFINITY)}</sup>"
+def _superscript(match: re.Match[str]) -> str:
+    exponent = match.group(1)
+    if exponent[0] in "({":
+        exponent = exponent[1:-1]
+    return f"<sup>{exponent.replace('-', MINUS).replace('infinity', INFINITY)}</sup>"
 
 
 def _ten(match: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""The sections on what runs cost: from nothing, with many bodies, and of many runs at once."""
+"""The sections on the cost of runs: of the first one, with many bodies, and in ensembles."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from benchmarks.studies import ensembles, start_up
 from benchmarks.studies.scaling import MASSIVE_SUFFIX, scaling
 from benchmarks.work_precision.fronts import NOT_REACHED
 from reports.figures.plots.lines import LONG_DASH
-from reports.figures.style.decades import decades
-from reports.figures.style.decades import readable as ticks
-from reports.figures.style.identities import GUIDE, identity, in_order
+from reports.figures.style.decades import set_decade_ticks
+from reports.figures.style.decades import set_readable_ticks as ticks
+from reports.figures.style.identities import GUIDE, identity, legend_order
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure, LongForm, Section
 from reports.tables.comparison_tables import is_galvi
@@ -76,17 +76,17 @@ BROWNOUT_CLOUD = Section(
 
 
 def seconds_per_orbit(axes: Axes, table: pd.DataFrame) -> None:
-    """Time per orbit of each contender's representative run against the number of bodies."""
+    """Draw the time per orbit of each contender's representative run over the number of bodies."""
     rows = _over_bodies(axes, table, "seconds_per_orbit", unit=1e-3)
     low, high = (1e3 * rows[name] for name in ("seconds_low", "seconds_high"))
     colors = [identity(name).color for name in rows["contender"]]
     axes.vlines(rows["bodies"], low, high, colors=colors, linewidth=0.9)
     axes.set(yscale="log", ylabel="time for an orbit of the innermost planet [ms]")
-    decades(axes.yaxis)
+    set_decade_ticks(axes.yaxis)
 
 
 def share_of_limit(axes: Axes, table: pd.DataFrame) -> None:
-    """Pairs per second relative to the limit set by the divide and square-root units."""
+    """Draw pairs per second relative to the limit of the divide and square-root units."""
     limit = _over_bodies(axes, table, "share")["limit_pairs_per_second"].max()
     text = f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs per second"
     axes.axhline(1.0, color=GUIDE, linestyle=LONG_DASH, linewidth=1.0, label=text)
@@ -94,23 +94,31 @@ def share_of_limit(axes: Axes, table: pd.DataFrame) -> None:
 
 
 def _over_bodies(axes: Axes, table: pd.DataFrame, column: str, unit: float = 1.0) -> pd.DataFrame:
-    """Draw a column of each contender's representative runs, hollow where few bodies are heavy;
-    returns the rows of these."""
+    """Draw a column of each contender's representative runs over the number of bodies.
+
+    Marks are hollow if few bodies are heavy. Returns the drawn rows; raises NoData if there are
+    none.
+
+    Parameters
+    ----------
+    unit
+        of the vertical axis, in units of the column
+    """
     rows = table[(table["matched"] == True) & (table[column] > 0)] if len(table) else table  # noqa: E712
     if rows.empty:
         raise NoData("no run reaches the error of the comparison.")
     rows = rows.sort_values("bodies")
-    for name in in_order(rows["contender"]):
+    for name in legend_order(rows["contender"]):
         runs, look = rows[rows["contender"] == name], identity(name)
-        inside = "white" if name.endswith(MASSIVE_SUFFIX) else look.color
-        axes.plot(runs["bodies"], runs[column] / unit, label=name, mfc=inside, **look.style)
+        face_color = "white" if name.endswith(MASSIVE_SUFFIX) else look.color
+        axes.plot(runs["bodies"], runs[column] / unit, label=name, mfc=face_color, **look.style)
     axes.set(xscale="log", xlabel="number of bodies")
     ticks(axes.xaxis)
     return rows
 
 
 def as_multiple(ratio: float) -> str:
-    """E.g. 9.8 ×; "" when unknown."""
+    """A ratio as text, e.g. 9.8 ×; "" if unknown."""
     return f"{readable(ratio, 2)}{TIMES}" if is_finite(ratio) else ""
 
 
@@ -134,9 +142,9 @@ SCALING_FORMATS = {
 def scaling_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each number of bodies and contender, and the CSS classes of the columns.
 
-    Its representative setting, its time for an orbit of the innermost planet, and that time
-    relative to the first galvi method's with as many heavy bodies. Where no run reaches the error,
-    why: the status when all failed.
+    A line has the representative setting, its time for an orbit of the innermost planet, and that
+    time relative to the first galvi method's with as many heavy bodies. If no run reaches the
+    error, the reason stands in place of the time: the first status if all runs failed.
     """
     galvi_name, lines = next(filter(is_galvi, table["contender"]), ""), []
     key = ["bodies", "contender"]
@@ -193,7 +201,7 @@ NUMBER_OF_BODIES = Section(
 
 
 SCALING = "scaling"
-GAINS = {SCALING: "{} faster than one by one", "peers": "{} galvi's"}
+GAIN_TEXTS = {SCALING: "{} faster than one by one", "peers": "{} galvi's"}
 ENSEMBLES_COLUMNS = {
     "problem": "members",
     "contender": "by",
@@ -210,7 +218,7 @@ ENSEMBLES_FORMATS = {"error": readable} | dict.fromkeys(
 
 
 def speed_ups(axes: Axes, table: pd.DataFrame) -> None:
-    """Members per second relative to the first row of the part on scaling."""
+    """Draw members per second, relative to the first row of the part on scaling."""
     rows = table[table["part"] == SCALING] if len(table) else table
     if rows.empty:
         raise NoData("nothing was measured.")
@@ -221,7 +229,7 @@ def speed_ups(axes: Axes, table: pd.DataFrame) -> None:
 
 
 def ensembles_table(rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each way to run an ensemble, and the CSS classes of the columns."""
+    """A line for each method of running an ensemble, and the CSS classes of the columns."""
     rows = rows.sort_values(
         "part", key=lambda part: part != SCALING, kind="stable", ignore_index=True
     )
@@ -236,7 +244,9 @@ def ensembles_table(rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
 
 def _gain(row: Mapping[Any, Any]) -> str:
     ratio = as_multiple(row["relative"])
-    return "reference" if row["relative"] == 1.0 else ratio and GAINS[row["part"]].format(ratio)
+    return (
+        "reference" if row["relative"] == 1.0 else ratio and GAIN_TEXTS[row["part"]].format(ratio)
+    )
 
 
 ENSEMBLES = Section(

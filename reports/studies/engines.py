@@ -17,8 +17,8 @@ from reports.results.section import LongForm, Section
 from reports.tables.number_format import readable, seconds, with_uncertainty
 from reports.tables.study_table import readable_table
 
-ASKED = 1e-6  # error of the last column of trees
-ROUND_OFF = 1e-13
+TREE_ERROR = 1e-6  # error to which the times in the last column on trees belong
+TREE_ROUND_OFF = 1e-13  # of the errors on trees
 TREE_COLUMNS = {
     "problem": "tree",
     "contender": "integrator",
@@ -29,7 +29,7 @@ TREE_COLUMNS = {
     "fine_step": "step, fine",
     "fine_error": "error then",
     "seconds_per_step": "time per step",
-    "time_to_error": f"time to {ASKED:g}",
+    "time_to_error": f"time to {TREE_ERROR:g}",
 }
 TREE_FORMATS = {
     "measured": readable,
@@ -41,12 +41,13 @@ TREE_FORMATS = {
 
 
 def orders(table: pd.DataFrame) -> dict[tuple[str, str], Fit]:
-    """The fitted order of each integrator on each tree, above ten times the truth's own error."""
+    """(tree, integrator) -> the fit of its order, to errors above ten times that of the truth and
+    TREE_ROUND_OFF."""
     return {
         (str(problem), str(contender)): algebraic(
             list(rows["step"]),
             list(rows["error"]),
-            floor=10.0 * float(rows["unsure"].iloc[0]) + ROUND_OFF,
+            floor=10.0 * float(rows["unsure"].iloc[0]) + TREE_ROUND_OFF,
         )
         for (problem, contender), rows in table.groupby(["problem", "contender"], sort=False)
     }
@@ -59,16 +60,19 @@ def trees_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     lines = []
     for (problem, contender), fit in orders(table).items():
         rows = table[(table["problem"] == problem) & (table["contender"] == contender)]
-        fine = rows.iloc[-1]
-        step = (ASKED / fit.coefficient) ** (1.0 / fit.rate) if fit.points else math.nan
+        finest = rows.iloc[-1]
+        step = (TREE_ERROR / fit.coefficient) ** (1.0 / fit.rate) if fit.points else math.nan
         lines.append(
             rows.iloc[0].to_dict()
             | {
                 "measured": with_uncertainty(fit.rate, fit.uncertainty),
-                "fine_step": fine["step"],
-                "fine_error": fine["error"],
-                "seconds_per_step": fine["seconds_per_step"],
-                "time_to_error": fine["seconds_per_step"] * fine["step"] * fine["steps"] / step,
+                "fine_step": finest["step"],
+                "fine_error": finest["error"],
+                "seconds_per_step": finest["seconds_per_step"],
+                "time_to_error": finest["seconds_per_step"]
+                * finest["step"]
+                * finest["steps"]
+                / step,
             }
         )
     return readable_table(pd.DataFrame(lines), TREE_COLUMNS, TREE_FORMATS)
@@ -85,19 +89,19 @@ TREES = Section(
 
 
 ATTITUDE_FLOOR = 1e-12  # round-off of the attitude, after ten thousand steps
-SHOWN = 0.0125  # the step at which errors are shown
+SHOWN_STEP = 0.0125  # the step at which errors are shown
 JOINTS = ("ball", "free", engine_versions.NESTED)
-KEYS = ["engine", "integrator", "joint", "step"]
+RUN_KEYS = ["engine", "integrator", "joint", "step"]
 
 
 def engine_versions_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each version and integrator, and the CSS classes of the columns.
 
     For each joint: the order of the attitude, fitted over the steps, and the errors at the step
-    SHOWN. A missing version has a line with the reason. Where the same version ran twice, the
+    SHOWN_STEP. A missing version has a line with the reason. Where the same version ran twice, the
     stored rows are shown.
     """
-    rows = observations.drop_duplicates(KEYS, keep="last").sort_values(
+    rows = observations.drop_duplicates(RUN_KEYS, keep="last").sort_values(
         "step", ascending=False, kind="stable"
     )
     was_run = rows["integrator"] != ""
@@ -108,7 +112,7 @@ def engine_versions_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dic
         for joint in JOINTS:
             of_joint = runs[runs["joint"] == joint]
             steps, errors = list(of_joint["step"]), list(of_joint["attitude_error"])
-            shown = of_joint[np.isclose(of_joint["step"], SHOWN)]
+            shown = of_joint[np.isclose(of_joint["step"], SHOWN_STEP)]
             line[f"order, {joint}"] = algebraic(steps, errors, floor=ATTITUDE_FLOOR).rate
             line[f"attitude error, {joint}"] = shown["attitude_error"].max()
             line[f"energy error, {joint}"] = shown["energy_error"].max()
@@ -119,7 +123,7 @@ def engine_versions_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dic
 
 
 def _by_version(engines: pd.Series) -> pd.Series:
-    """Sort keys that put mujoco 3.6.0 before mujoco 3.10.0."""
+    """Sort keys by which mujoco 3.6.0 precedes mujoco 3.10.0."""
     return engines.map(lambda name: tuple(map(int, re.findall(r"\d+", name))))
 
 
@@ -152,8 +156,10 @@ SKY_COLUMNS = {
 
 
 def sky_table(rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each contender, body and time, with the error in the Kepler frame beside the first
-    contender's, whose model it shares; and the CSS classes of the columns."""
+    """A line for each contender, body and time, and the CSS classes of the columns.
+
+    Lines of the first contender also have the error in the Kepler frame, whose model is the same.
+    """
     in_frame = (rows["contender"] == ephemeris.FRAME_LABEL) & (rows["status"] == "")
     errors = rows[in_frame].set_index(["body", "days"])["integration_error_au"]
     table = rows[~in_frame].join(errors.rename("in_frame"), on=["body", "days"])
@@ -174,12 +180,12 @@ EPHEMERIS = Section(
 
 
 def force_matrix(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each force and eccentricity, a column for each contender."""
+    """A line for each force and eccentricity, a column for each contender; no CSS classes."""
     return forces.matrix(table), {}
 
 
 def versions_and_statuses(table: pd.DataFrame) -> str:
-    """The versions, and what contenders reported or did beside being right or wrong."""
+    """Sentences on the versions, and on the statuses that contenders reported."""
     noted = table[table["status"].fillna("") != ""]
     pairs = noted[["contender", "status"]].drop_duplicates().itertuples(index=False)
     statuses = [f"{contender}: {status}" for contender, status in pairs]

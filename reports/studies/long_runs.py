@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from benchmarks.statistics.drift import Growth, rms
 from benchmarks.studies import free_body_drift, round_off
 from reports.figures.plots.lines import DOTS, LONG_DASH, SMALLEST_DRAWN
-from reports.figures.style.decades import decades
-from reports.figures.style.identities import CHART_LEGEND, GUIDE, identity, in_order
+from reports.figures.style.decades import set_decade_ticks
+from reports.figures.style.identities import CHART_LEGEND, GUIDE, identity, legend_order
 from reports.figures.style.layout import (
     NoData,
     contender_legend,
@@ -25,10 +25,11 @@ from reports.tables.study_table import readable_table
 
 
 def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
-    """The RMS of each ensemble with its single runs, a guide that grows as t^1/2, and the error
-    made by rounding one state to float64.
+    """Draw the RMS of each ensemble with its single runs, a guide that grows as t^(1/2), and the
+    error of rounding one state to float64.
 
-    Where several versions of the code were run, the newest is drawn.
+    Of several ensembles of a contender and duration, the newest is drawn. Raises NoData if no
+    ensemble is complete.
     """
     ensembles = round_off.ensembles(table) if len(table) else ()
     newest = {
@@ -40,7 +41,7 @@ def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
     ]
     if not resolved:
         raise NoData("no ensemble of runs is complete.")
-    names = in_order(about["contender"] for about, _, _ in resolved)
+    names = legend_order(about["contender"] for about, _, _ in resolved)
     for about, t, errors in sorted(
         resolved, key=lambda ensemble: names.index(ensemble[0]["contender"])
     ):
@@ -51,10 +52,16 @@ def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
         np.concatenate(parts)
         for parts in zip(*((t, rms(errors)) for _, t, errors in resolved), strict=True)
     )
-    ends = np.array([times.min(), times.max()])
-    below = 0.5 * np.nanmin(sizes / np.sqrt(times))  # through the lowest first point
+    time_range = np.array([times.min(), times.max()])
+    guide_factor = 0.5 * np.nanmin(sizes / np.sqrt(times))  # through the lowest first point
     guide = {"color": GUIDE, "linewidth": 1.0}
-    axes.plot(ends, below * np.sqrt(ends), linestyle=LONG_DASH, label="$t^{1/2}$", **guide)
+    axes.plot(
+        time_range,
+        guide_factor * np.sqrt(time_range),
+        linestyle=LONG_DASH,
+        label="$t^{1/2}$",
+        **guide,
+    )
     floor = round_off.reading_floor(table)
     if floor > 0.0:
         axes.axhline(floor, linestyle=DOTS, label="rounding of one state", **guide)
@@ -66,11 +73,13 @@ def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
         xlabel="time [years]",
         ylabel="relative energy error, RMS [1]",
     )
-    decades(axes.xaxis)
-    decades(axes.yaxis)
+    set_decade_ticks(axes.xaxis)
+    set_decade_ticks(axes.yaxis)
 
 
-GROWS, SIGMAS = 0.25, 3.0  # exponent, by standard errors, below that of a walk and of a drift
+# Smaller exponents are no growth: that of a random walk is 1/2, that of a drift 1:
+MAX_STATIONARY_EXPONENT = 0.25
+STANDARD_ERRORS = 3.0  # standard errors by which an exponent must be smaller
 ROUND_OFF_COLUMNS = {
     "contender": "contender",
     "settings": "setting",
@@ -109,10 +118,13 @@ def round_off_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
 
 
 def drift_text(growth: Growth) -> str:
-    """Whether the energy drifts, in a few words."""
+    """A few words on whether the energy drifts."""
     if not is_finite(growth.sigmas):
         return "not judged"
-    if growth.drifts and growth.exponent + SIGMAS * growth.uncertainty < GROWS:
+    if (
+        growth.drifts
+        and growth.exponent + STANDARD_ERRORS * growth.uncertainty < MAX_STATIONARY_EXPONENT
+    ):
         return "alike in all runs, no growth"  # truncation error, not round-off
     return "drifts" if growth.drifts else "no drift seen"
 
@@ -144,25 +156,25 @@ ROUND_OFF = Section(
 )
 
 
-PANELS = {
+ERROR_TITLES = {
     "energy_error": "energy, relative",
     "momentum_error": "angular momentum in space, relative",
 }
 
 
 def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
-    """The largest error since the previous mark against the number of turns, both logarithmic.
+    """Draw the largest error since the previous mark over the number of turns, both logarithmic.
 
-    Of several runs of a contender the longest is drawn, the newest of those; a failed run ends with
-    a cross.
+    Of several runs of a contender, the longest is drawn, and of equally long ones the newest; a
+    failed run ends with a cross. Raises NoData if no run has an error.
     """
     rows = table[table["problem"] == problem] if len(table) else table
-    turned = rows[rows["energy_error"].notna()] if len(rows) else rows
-    if turned.empty:
+    measured = rows[rows["energy_error"].notna()] if len(rows) else rows
+    if measured.empty:
         raise NoData("no body turned.")
-    names = in_order(turned["contender"])
-    pair = split(axes, len(PANELS), ylabel="largest error since the last mark [1]")
-    for panel, (column, title) in zip(pair, PANELS.items(), strict=True):
+    names = legend_order(measured["contender"])
+    panels = split(axes, len(ERROR_TITLES), ylabel="largest error since the last mark [1]")
+    for panel, (column, title) in zip(panels, ERROR_TITLES.items(), strict=True):
         panel.set(xscale="log", yscale="log", xlabel="turns", title=title)
         for name in names:
             run, look = _longest_run(rows[rows["contender"] == name]), identity(name)
@@ -171,14 +183,14 @@ def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
             panel.plot(reached["turn"], size, markersize=4.0, **look.style)
             if 0 < len(reached) < len(run):
                 panel.plot(reached["turn"].iloc[-1], size.iloc[-1], "x", ms=11.0, color=look.color)
-        decades(panel.xaxis)
-        decades(panel.yaxis)
+        set_decade_ticks(panel.xaxis)
+        set_decade_ticks(panel.yaxis)
         mark_rounding(panel)
     contender_legend(panel, names)
 
 
 def _longest_run(rows: pd.DataFrame) -> pd.DataFrame:
-    """The longest run of a contender, the newest of those."""
+    """The rows of the longest run of a contender, of equally long ones the newest."""
     longest = rows[rows["turns"] == rows["turns"].max()]
     return longest[longest["date"] == longest["date"].max()].sort_values("turn")
 
@@ -197,45 +209,51 @@ FREE_BODY_COLUMNS = {
     "commit": "commit",
     "date": "date",
 }
-ERRORS = ("energy_error", "momentum_error", "attitude_error")
-FREE_BODY_FORMATS = dict.fromkeys((*ERRORS, "growth"), partial(readable, digits=2))
-KEYS = ["problem", "contender", "engine", "step", "turns", "commit"]
+ERROR_COLUMNS = ("energy_error", "momentum_error", "attitude_error")
+FREE_BODY_FORMATS = dict.fromkeys((*ERROR_COLUMNS, "growth"), partial(readable, digits=2))
+RUN_KEYS = ["problem", "contender", "engine", "step", "turns", "commit"]
 MIN_MARKS = 4  # marks needed to fit a growth
-WALK = 1e-13  # smaller energy errors may be one random walk, which has no exponent
+RANDOM_WALK_ERROR = 1e-13  # smaller energy errors may be one random walk, which has no exponent
 
 
 def free_body_drift_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each run, and the CSS classes of the columns.
 
-    Errors are those of the last mark, for a failed run the last one it reached (see its turns).
-    The energy error grows as turns^x, fitted over the later half of the marks, where it is not
-    round-off.
+    Errors are those of the last mark that the run reached, whose turns are in the line. The
+    exponent x of an energy error that grows as turns^x is fitted over the later half of the marks.
     """
-    runs = observations.groupby(KEYS, sort=False, dropna=False)
-    table = pd.DataFrame([_end(rows.sort_values("turn")) for _, rows in runs])
-    one_engine = (table.groupby("contender")["engine"].nunique() == 1).all()
+    runs = observations.groupby(RUN_KEYS, sort=False, dropna=False)
+    table = pd.DataFrame([_run_line(rows.sort_values("turn")) for _, rows in runs])
+    is_one_engine = (table.groupby("contender")["engine"].nunique() == 1).all()
     return readable_table(
-        table.drop(columns="engine") if one_engine else table, FREE_BODY_COLUMNS, FREE_BODY_FORMATS
+        table.drop(columns="engine") if is_one_engine else table,
+        FREE_BODY_COLUMNS,
+        FREE_BODY_FORMATS,
     )
 
 
-def _end(run: pd.DataFrame) -> dict[str, object]:
-    """What a run came to."""
+def _run_line(run: pd.DataFrame) -> dict[str, object]:
+    """The line of a run: its last mark, the errors at the last mark that it reached, and their
+    growth."""
     line = run.iloc[-1].to_dict() | {"problem": capital(run["problem"].iloc[0])}
     reached = run[run["energy_error"].notna()]
     if reached.empty:
         return line | {"turn": line["turns"]}
-    errors = reached.iloc[-1][["turn", *ERRORS]].to_dict()
+    errors = reached.iloc[-1][["turn", *ERROR_COLUMNS]].to_dict()
     return line | errors | {"growth": _growth(reached)}
 
 
 def _growth(run: pd.DataFrame) -> float | str:
-    """The log-log slope over the later half of the marks."""
+    """The log-log slope of the energy error over the later half of the marks.
+
+    "" for fewer than MIN_MARKS such marks, and "round-off" if no error there exceeds
+    RANDOM_WALK_ERROR.
+    """
     later = run.iloc[len(run) // 2 :]
     size = np.abs(later["energy_error"].to_numpy(float))
     if len(later) < MIN_MARKS:
         return ""
-    if not np.max(size) > WALK:
+    if not np.max(size) > RANDOM_WALK_ERROR:
         return "round-off"
     return float(np.polyfit(np.log(later["turn"]), np.log(size), 1)[0])
 

@@ -1,4 +1,4 @@
-"""The section on the methods given by every pair of space and rule."""
+"""The section on the methods that follow from each pair of space and rule."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure, Section
 from reports.tables.number_format import is_finite, readable
 
-CODES = {
+ABBREVIATIONS = {
     "implicit midpoint": "IM",
     "Stormer-Verlet": "SV",
     "Gauss collocation": "G",
@@ -27,19 +27,23 @@ CODES = {
     "Radau IIA-II": "R",
     "symplectic Euler": "SE",
 }
-CELL, LABELS, ABOVE_AND_BELOW = 0.3, 2.4, 0.9  # inches: of a cell, and around them
-NO_METHOD = {
+CELL_INCHES = 0.3  # inches, width and height of a cell
+LABEL_INCHES = 2.4  # inches beside the cells
+VERTICAL_MARGIN = 0.9  # inches above and below the cells together
+STYLE_OF_VERDICT = {
     ILL_POSED: {"hatch": "xxxx", "facecolor": "#f3f3f3"},
     INCONSISTENT: {"hatch": "////", "facecolor": "#ffffff"},
 }
 SHADES = ScalarMappable(Normalize(-1.5, 11.0), "Blues")  # of orders; without its darkest and palest
-DARK = 5.5  # order from which a shade needs white letters
+DARK_FROM_ORDER = 5.5  # order from which a shade needs white letters
 
 
 def taxonomy_matrix(axes: Axes, table: pd.DataFrame) -> None:
-    """A panel for each family of rules: a row for each space, a column for each number of points.
+    """Draw a panel for each family of rules: a row for each space, a column for each number of
+    points.
 
-    Colour and number are the measured order; letters below it the classical name.
+    Colour and number of a cell show the measured order, letters below it the classical name. Raises
+    NoData without a measured order.
     """
     if table.empty or table["measured"].isna().all():
         raise NoData("no method has a measured order.")
@@ -47,22 +51,22 @@ def taxonomy_matrix(axes: Axes, table: pd.DataFrame) -> None:
     families = list(table.groupby("family", sort=False))
     widest = table.groupby("family")["points"].nunique().max()
     canvas = axes.get_figure(root=True)
-    columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * widest)))
+    columns = max(1, int((canvas.get_figwidth() - LABEL_INCHES) / (CELL_INCHES * widest)))
     rows = math.ceil(len(families) / columns)
     matrices = split(axes, len(families), columns=math.ceil(len(families) / rows))
-    canvas.set_figheight(rows * (CELL * len(spaces) + ABOVE_AND_BELOW))
+    canvas.set_figheight(rows * (CELL_INCHES * len(spaces) + VERTICAL_MARGIN))
     for matrix, (family, pairs) in zip(matrices, families, strict=True):
-        numbers = sorted(pairs["points"].unique())
+        point_counts = sorted(pairs["points"].unique())
         for pair in pairs.itertuples():
-            _cell_of(matrix, numbers.index(pair.points), spaces.index(pair.space), pair)
+            _draw_cell(matrix, point_counts.index(pair.points), spaces.index(pair.space), pair)
         labelled = spaces if matrix.get_subplotspec().is_first_col() else []
         matrix.set(
             title=family,
             xlabel="points of the rule",
             xlim=(0, widest),
             ylim=(len(spaces), 0),
-            xticks=np.arange(len(numbers)) + 0.5,
-            xticklabels=numbers,
+            xticks=np.arange(len(point_counts)) + 0.5,
+            xticklabels=point_counts,
             yticks=np.arange(len(labelled)) + 0.5,
             yticklabels=list(map(space_label, labelled)),
         )
@@ -71,25 +75,26 @@ def taxonomy_matrix(axes: Axes, table: pd.DataFrame) -> None:
         matrix.spines[:].set_visible(False)
 
 
-def _cell_of(axes: Axes, x: int, y: int, pair: Any) -> None:
+def _draw_cell(axes: Axes, x: int, y: int, pair: Any) -> None:
+    """Draw the cell of a pair in column x and row y."""
     if pair.verdict != METHOD:
-        look = {"edgecolor": "#c4c4c4", "linewidth": 0.0, **NO_METHOD[pair.verdict]}
+        look = {"edgecolor": "#c4c4c4", "linewidth": 0.0, **STYLE_OF_VERDICT[pair.verdict]}
         axes.add_patch(Rectangle((x, y), 1.0, 1.0, label=pair.verdict, **look))
         return
-    measured = np.isfinite(pair.measured)
-    color = SHADES.to_rgba(pair.measured) if measured else "white"
+    is_measured = np.isfinite(pair.measured)
+    color = SHADES.to_rgba(pair.measured) if is_measured else "white"
     axes.add_patch(Rectangle((x, y), 1.0, 1.0, facecolor=color, edgecolor="white"))
-    text = f"{pair.measured:.0f}" if measured else "?"
-    ink = "white" if pair.measured > DARK else "#222222"
+    text = f"{pair.measured:.0f}" if is_measured else "?"
+    ink = "white" if pair.measured > DARK_FROM_ORDER else "#222222"
     style = {"color": ink, "ha": "center", "va": "center"}
     axes.text(x + 0.5, y + (0.32 if pair.name else 0.5), text, fontsize=8.5, **style)
-    axes.text(x + 0.5, y + 0.74, code(pair.name), fontsize=7.0, **style)
+    axes.text(x + 0.5, y + 0.74, abbreviation(pair.name), fontsize=7.0, **style)
 
 
-def code(name: str) -> str:
-    """A name in two or three letters: `IM`, `3IM` for three steps of it, else its initials."""
+def abbreviation(name: str) -> str:
+    """The abbreviation of a classical name: `IM`, `3IM` for three steps of it, or its initials."""
     count, method = re.fullmatch(r"(?:(\d+) steps of )?(.*)", short_name(name)).groups("")
-    return count + CODES.get(method, "".join(word[0] for word in method.split()))
+    return count + ABBREVIATIONS.get(method, "".join(word[0] for word in method.split()))
 
 
 def space_label(space: str) -> str:
@@ -103,27 +108,28 @@ def short_name(name: str) -> str:
     return name.partition(",")[0]
 
 
-EVERY_RULE, ONE_RULE = "Polynomials", "Gauss"
+ALL_RULES_KIND, COMMON_FAMILY = "Polynomials", "Gauss"
 ORDER_GAP = 0.3  # difference of measured and predicted order from which both are shown
 
 
 def taxonomy_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each space and family of rules, a column for each number of points; and the CSS
-    classes of the columns. Polynomials have a line per family, other spaces one with Gauss's rules.
+    classes of the columns.
 
-    A cell holds the measured order and the classical name, or why there is no method. The last
-    columns are the range of C_N and the largest defects over the methods of the line.
+    Polynomials have a line for each family, other spaces one for Gauss's rules. A cell holds the
+    measured order and the classical name, or the reason why there is no method. The last columns
+    are the range of C_N and the largest defects over the methods of the line.
     """
-    table = table[(table["kind"] == EVERY_RULE) | (table["family"] == ONE_RULE)]
-    lines, numbers = [], sorted(table["points"].unique())
+    table = table[(table["kind"] == ALL_RULES_KIND) | (table["family"] == COMMON_FAMILY)]
+    lines, point_counts = [], sorted(table["points"].unique())
     for (space, family), rows in table.groupby(["space", "family"], sort=False):
-        cells = {row["points"]: _cell(row) for _, row in rows.iterrows()}
+        cells = {row["points"]: _cell_text(row) for _, row in rows.iterrows()}
         methods = rows[rows["verdict"] == METHOD]
         lines.append(
             {
                 "space": space_label(str(space)),
                 "rule": family,
-                **{_heading(points): cells.get(points, "-") for points in numbers},
+                **{_heading(points): cells.get(points, "-") for points in point_counts},
                 "C_N": _range(methods["C_N"]),
                 "symplectic to": readable(methods["symplecticity"].max(), 2),
                 "there and back": readable(methods["symmetry"].max(), 2),
@@ -136,7 +142,7 @@ def _heading(points: int) -> str:
     return f"{points} point{'s' if points > 1 else ''}"
 
 
-def _cell(row: pd.Series) -> str:
+def _cell_text(row: pd.Series) -> str:
     if row["verdict"] != METHOD:
         return str(row["verdict"])
     order, predicted = row["measured"], row["predicted"]

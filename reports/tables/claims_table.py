@@ -10,7 +10,7 @@ from benchmarks.checks.claim import Row
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.section import Figure
 
-COLUMNS = (
+ROW_COLUMNS = (
     "id",
     "quantity",
     "source",
@@ -28,12 +28,12 @@ COLUMNS = (
     "misses",
     "absent",
 )
-NUMBERS = ("measured", "uncertainty", "slack", "misses")
-FITTED = (
+NUMBER_COLUMNS = ("measured", "uncertainty", "slack", "misses")
+FIT_COLUMNS = (
     *("claim", "source", "study", "quantity", "n", "rate", "measured", "uncertainty", "claimed"),
     *("first", "last", "points"),
 )
-READ = (
+READABLE_COLUMNS = (
     "id",
     "quantity",
     "claimed",
@@ -47,17 +47,17 @@ READ = (
 
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
-    """One line for each row; missing values are empty."""
-    table = pd.DataFrame(list(rows), columns=list(COLUMNS))
-    table[list(NUMBERS)] = table[list(NUMBERS)].apply(pd.to_numeric)
+    """A table with a line for each row, with columns ROW_COLUMNS; missing numbers are NaN."""
+    table = pd.DataFrame(list(rows), columns=list(ROW_COLUMNS))
+    table[list(NUMBER_COLUMNS)] = table[list(NUMBER_COLUMNS)].apply(pd.to_numeric)
     return table
 
 
-MEANING = {"geometric": "base of n", "algebraic": "power of h"}
+RATE_TEXTS = {"geometric": "base of n", "algebraic": "power of h"}
 
 
 def convergence_frame(checked: Sequence[ClaimResult], figures: Sequence[Figure]) -> pd.DataFrame:
-    """One line for each fitted series; first and last are the n or h of the fit's window."""
+    """A line for each fitted series; `first` and `last` are the ends of the fit's window."""
     lines = []
     for figure in figures:
         source = first_measured(checked, figure.claims)
@@ -72,7 +72,7 @@ def convergence_frame(checked: Sequence[ClaimResult], figures: Sequence[Figure])
                     "study": rate.study,
                     "quantity": rate.quantity,
                     "n": rate.n,
-                    "rate": MEANING[fit.kind],
+                    "rate": RATE_TEXTS[fit.kind],
                     "measured": fit.rate,
                     "uncertainty": fit.uncertainty,
                     "claimed": rate.claimed,
@@ -81,4 +81,4 @@ def convergence_frame(checked: Sequence[ClaimResult], figures: Sequence[Figure])
                     "points": fit.points,
                 }
             )
-    return pd.DataFrame(lines, columns=list(FITTED))
+    return pd.DataFrame(lines, columns=list(FIT_COLUMNS))

@@ -56,19 +56,19 @@ class ComparisonTables:
 
 
 def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> ComparisonTables:
-    """The tables of the rows of `benchmarks.work_precision.run`; `runs` is None if that raised.
+    """The tables of the rows of `benchmarks.work_precision.run`; empty ones if `runs` is None.
 
     Raises
     ------
     ValueError
-        For a cell whose setting was not run.
+        For a time that belongs to no run.
     """
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
     times = matched(runs)
-    invented = unfounded(times, runs)
-    if invented:
-        raise ValueError(" ".join(invented))
+    objections = unfounded(times, runs)
+    if objections:
+        raise ValueError(" ".join(objections))
     return ComparisonTables(
         times, fastest_per_error(times, runs), smallest(runs), targets_met(runs, targets)
     )
@@ -78,8 +78,12 @@ def write_comparison(
     folder: Path, tables: ComparisonTables, origin: Mapping[str, str] | None = None
 ) -> None:
     """Write the non-empty tables, each as CSV, Markdown and LaTeX."""
-    named = (("ratios", tables.ratios), ("choices", tables.fastest), ("smallest", tables.smallest))
-    for name, table in named:
+    named_tables = (
+        ("ratios", tables.ratios),
+        ("choices", tables.fastest),
+        ("smallest", tables.smallest),
+    )
+    for name, table in named_tables:
         if len(table):
             write_table(folder, name, table, origin=origin)
     if len(tables.targets):
@@ -87,17 +91,18 @@ def write_comparison(
         write_table(folder, "targets", tables.targets, shown, origin)
 
 
-SMALLEST = "its smallest error"
-OURS_BEGIN = "galvi"
+SMALLEST_HEADING = "its smallest error"
+OURS_PREFIX = "galvi"
 
 
 def is_galvi(contender: str) -> bool:
     """Whether this is one of galvi's own methods."""
-    return contender.startswith(OURS_BEGIN)
+    return contender.startswith(OURS_PREFIX)
 
 
 def matched(table: pd.DataFrame) -> pd.DataFrame:
-    """problem, contender, error, seconds, ratio; see `benchmarks.work_precision.fronts.ratios`."""
+    """The times and ratios of all problems at their errors, as of
+    `benchmarks.work_precision.fronts.ratios`."""
     parts = [ratios(runs, errors_of(runs)) for _, runs in table.groupby("problem", sort=False)]
     return pd.concat(parts, ignore_index=True) if parts else ratios(table, ())
 
@@ -110,20 +115,33 @@ def smallest(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def compared(table: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """The rows of one problem in a table of `ratios`; of galvi's methods the best alone."""
+    """The rows of one problem in a table of `ratios`; of galvi's methods only those of OURS."""
     rows = table[table["problem"] == problem]
     return rows[(rows["contender"] == OURS) | ~rows["contender"].map(is_galvi).astype(bool)]
 
 
-def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """A line for galvi's best, for each other contender, and for galvi against itself, a column for
-    each error: ratio with its interval and time, or "not reached"; a tie is called one, and it is
-    said how much `closer` than asked its runs are.
+def readable_ratios(
+    table: pd.DataFrame, smallest_table: pd.DataFrame, problem: str
+) -> pd.DataFrame:
+    """A line for galvi's best, for each other contender, and for galvi against itself, and a column
+    for each error.
 
-    A time of the run that is the reference is marked, as its error is unknown. The last column,
-    from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
+    A cell has the ratio with its interval and the time, or "not reached". It names a tie, and says
+    how many times `closer` to the truth than asked the contender's loosest run is. Times of the
+    reference run are marked, since its error is unknown. The last column, from `smallest`, is for
+    the contender's smallest error, with ≤ if that is a bound.
+
+    Parameters
+    ----------
+    table
+        as of `matched`
+    ends
+        as of `smallest`
     """
-    times, last = _with_cells(compared(table, problem)), _with_cells(compared(ends, problem))
+    times, last = (
+        _with_cells(compared(table, problem)),
+        _with_cells(compared(smallest_table, problem)),
+    )
     smallest_errors = times["contender"].map(last.set_index("contender")["error"])
     is_reference = times["seconds"].notna() & ~(smallest_errors <= times["error"])
     times["cell"] = times["cell"].mask(is_reference, "reference: " + times["cell"])
@@ -134,8 +152,8 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
     lines = pd.concat(
         [
             times,
-            last.assign(heading=SMALLEST),
-            noise[noise["cell"] != ""].reset_index().assign(contender=NOISE),
+            last.assign(heading=SMALLEST_HEADING),
+            noise[noise["cell"] != ""].reset_index().assign(contender=NOISE_LABEL),
         ]
     )
     cells = lines.set_index(["contender", "heading"])["cell"].unstack(sort=False).fillna("")
@@ -143,15 +161,15 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
 
 
 def _with_cells(rows: pd.DataFrame) -> pd.DataFrame:
-    cells = pd.Series([*map(_cell, rows.to_dict("records"))], rows.index, dtype=object)
+    cells = pd.Series([*map(_time_cell, rows.to_dict("records"))], rows.index, dtype=object)
     return rows.assign(heading=rows["error"].map(heading), cell=cells)
 
 
-NOISE = "galvi against itself"
+NOISE_LABEL = "galvi against itself"
 
 
 def interval_text(low: float, high: float) -> str:
-    """E.g. 0.97 to 1.04; "" where unknown."""
+    """An interval as text, e.g. 0.97 to 1.04; "" if it is unknown."""
     return (
         f"{readable(low, 3)} to {readable(high, 3)}" if is_finite(low) and is_finite(high) else ""
     )
@@ -163,12 +181,12 @@ def heading(error: float) -> str:
 
 
 def two_digits(number: float) -> str:
-    """An error as text."""
+    """A number as text with two digits."""
     return readable(number, 2)
 
 
 def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
-    """(line, column) of the least time in each column of `readable_ratios`."""
+    """(line, column) of the smallest time in each column of `readable_ratios`."""
     rows = compared(table, problem)
     lines = list(rows["contender"].unique())
     fastest_rows = rows.loc[rows.dropna(subset="seconds").groupby("error")["seconds"].idxmin()]
@@ -178,69 +196,74 @@ def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
     ]
 
 
-def _cell(row: Mapping[str, Any]) -> str:
+def _time_cell(row: Mapping[str, Any]) -> str:
     if not is_finite(row["seconds"]):
         return NOT_REACHED
-    close = f", {readable(row['closer'], 1)}{TIMES} closer" if is_finite(row["closer"]) else ""
+    closeness = f", {readable(row['closer'], 1)}{TIMES} closer" if is_finite(row["closer"]) else ""
     if row["contender"] == OURS:
-        return f"{seconds(row['seconds'])}{close}"
+        return f"{seconds(row['seconds'])}{closeness}"
     if not is_finite(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
     tie = f"{TIE if row['low'] <= 1.0 <= row['high'] else UNRESOLVED}, " * (row["outcome"] == TIE)
     interval = interval_text(row["low"], row["high"])
     ratio = f"{readable(row['ratio'], 2)}{TIMES}{', ' * bool(interval)}{interval}"
-    return f"{tie}{ratio}{close} ({seconds(row['seconds'])})"
+    return f"{tie}{ratio}{closeness} ({seconds(row['seconds'])})"
 
 
-OF_RK4 = MUJOCO_RK4.name
+RK4_NAME = MUJOCO_RK4.name
 
 
 def mujoco_overhead(runs: pd.DataFrame) -> str:
-    """A sentence from one problem's rows of `benchmarks.work_precision.run`; empty unless both
-    codes took part."""
+    """A sentence that compares the steps of MuJoCo's RK4 and of a textbook's on one problem.
+
+    "" unless both were timed at the same settings. `runs` are the problem's rows of
+    `benchmarks.work_precision.run`.
+    """
     timed = runs[runs["seconds"] > 0.0].set_index("settings")[["contender", "seconds", "own_error"]]
     mujoco, textbook = (
         timed[timed["contender"] == name].drop(columns="contender")
-        for name in (OF_RK4, TEXTBOOK_RK4)
+        for name in (RK4_NAME, TEXTBOOK_RK4)
     )
     times_of_textbook = (mujoco / textbook).dropna()
     if times_of_textbook.empty:
         return ""
     slower = times_of_textbook["seconds"].median()
-    better = (1.0 / times_of_textbook["own_error"]).median()
+    error_ratio = (1.0 / times_of_textbook["own_error"]).median()
     return (
-        f"A step of {OF_RK4} takes {two_digits(slower)} times as long as one of {TEXTBOOK_RK4}, "
-        f"at an error {_compared(better)} (medians over {len(times_of_textbook)} step sizes): so "
+        f"A step of {RK4_NAME} takes {two_digits(slower)} times as long as one of {TEXTBOOK_RK4}, "
+        f"at an error {_error_ratio_text(error_ratio)} (medians over {len(times_of_textbook)} "
+        "step sizes): so "
         "much of MuJoCo's time is generality, for joints, contacts and actuators, which a single "
         "free body does not need."
     )
 
 
-def _compared(better: float) -> str:
-    if 0.9 < better < 1.1:
+def _error_ratio_text(error_ratio: float) -> str:
+    if 0.9 < error_ratio < 1.1:
         return "as large"
-    return f"{two_digits(max(better, 1.0 / better))} times {'smaller' if better > 1 else 'larger'}"
+    size = two_digits(max(error_ratio, 1.0 / error_ratio))
+    return f"{size} times {'smaller' if error_ratio > 1 else 'larger'}"
 
 
 NOBODY = "not reached"
 ALL, GALVI, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
-BEGINNINGS = {ALL: "", GALVI: OURS_BEGIN, ENGINE: "MuJoCo"}  # of the names in a group
-AMONG = {ALL: ALL, GALVI: "galvi's", ENGINE: "MuJoCo's"}
-CHOICE = (
+NAME_PREFIXES = {ALL: "", GALVI: OURS_PREFIX, ENGINE: "MuJoCo"}  # of the names in a group
+GROUP_TEXTS = {ALL: ALL, GALVI: "galvi's", ENGINE: "MuJoCo's"}
+CHOICE_COLUMNS = (
     *("problem", "asked", "of", "contender", "settings", "stops_early", "error", "seconds"),
     "bound",
 )
 
 
 def fastest_per_error(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """For each problem and error of `ratios`: the fastest contender of all, of galvi's, and, where
-    they took part, of MuJoCo's integrators.
+    """For each problem and error of `ratios`, the fastest contender of all, of galvi's methods,
+    and, if they took part, of MuJoCo's integrators.
 
-    A run that is the reference of the others counts as reaching every error; its own is unknown.
+    The reference run, whose own error is unknown, counts as reaching every error.
 
-    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, stops_early,
-    error, seconds, bound: its fastest run that reaches the error, and whether that run's error is
-    a bound alone.
+    Columns problem, asked (the error), of ("all", "galvi" or "MuJoCo"), contender, settings,
+    stops_early, error, seconds, bound: the fastest run that reaches the error, and whether that
+    run's error is a bound.
     """
     cells = times.rename(columns={"error": "asked"})
     cells["line"] = cells.groupby(["problem", "asked"], sort=False).ngroup()
@@ -250,19 +273,19 @@ def fastest_per_error(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
         by_time[by_time["contender"].str.startswith(beginning)]
         .drop_duplicates("line")
         .assign(of=of)
-        for of, beginning in BEGINNINGS.items()
+        for of, beginning in NAME_PREFIXES.items()
     ]
     run = ["problem", "contender", "settings", "seconds"]
     measured = runs[[*run, "stops_early", "error"]].drop_duplicates(run)
     table = pd.concat(choices).sort_values("line", kind="stable").merge(measured, "left", run)
     table["contender"] = table["contender"].mask(table["seconds"].isna(), NOBODY)
     table["stops_early"] = table["stops_early"].eq(True)
-    return table.assign(bound=error_is_bound(table, runs))[list(CHOICE)]
+    return table.assign(bound=error_is_bound(table, runs))[list(CHOICE_COLUMNS)]
 
 
 def fastest_lines(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of `fastest_per_error` as text: for each problem and error a line for each choice,
-    with those among whom it is the fastest, e.g. "all, galvi's"."""
+    """The rows of `fastest_per_error` as text: for each problem and error, a line for each distinct
+    contender, with the groups of which it is the fastest, e.g. "all, galvi's"."""
     choice = [table["problem"], table["asked"], table["contender"]]
     labels = table["problem"].map(label_of)
     truth = table["error"].isna() & table["seconds"].notna()
@@ -270,7 +293,7 @@ def fastest_lines(table: pd.DataFrame) -> pd.DataFrame:
         {
             "problem": [label.title for label in labels],
             "error asked": table["asked"].map(heading),
-            "among": table["of"].map(AMONG).groupby(choice).transform(", ".join),
+            "among": table["of"].map(GROUP_TEXTS).groupby(choice).transform(", ".join),
             "contender": table["contender"],
             "time": table["seconds"].map(seconds),
             "setting": [
@@ -297,9 +320,12 @@ def of_mujoco(table: pd.DataFrame, problem: str) -> str:
 
 
 def energies(runs: pd.DataFrame) -> pd.DataFrame:
-    """One problem's rows of `benchmarks.work_precision.run` as text: for each contender, of galvi's
-    methods the fastest, a column for each error of position, with the relative error of the
-    energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
+    """Relative energy errors at the end of runs, as text: a line for each contender, where galvi's
+    methods are one, and a column for each error of the comparison.
+
+    A cell is for the contender's fastest run that reaches the error. Empty if no energy was
+    measured. `runs` are one problem's rows of `benchmarks.work_precision.run`.
+    """
     if "energy" not in runs or not runs["energy"].notna().any():
         return pd.DataFrame()
     names = runs["contender"].map(lambda name: OURS if is_galvi(name) else name)
@@ -317,13 +343,14 @@ def _energy(row: pd.Series | None) -> str:
 
 
 def elsewhere(runs: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """The readable table of another machine's rows on one problem."""
+    """The table of `readable_ratios` of another machine's rows on one problem."""
     rows = runs[runs["problem"] == problem]
     return readable_ratios(matched(rows), smallest(rows), problem)
 
 
 def built() -> pd.DataFrame:
-    """A line for each code: its options, closed and open, how it was compiled, and the source."""
+    """A line for each code: its fixed and its varied options, how it was compiled, and where that
+    is documented."""
     return pd.DataFrame(
         [
             {

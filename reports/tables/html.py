@@ -25,7 +25,7 @@ def html_table(
     best: Iterable[tuple[int, str]] = (),
     id: str = "",
 ) -> Markup:
-    """A table within a region that scrolls; the first column are the headings of the rows.
+    """A table in a region that scrolls; the cells of the first column are headings of the rows.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ def html_table(
     best
         (line, column) of cells with the class `best`
     id
-        of the table
+        id of the table
 
     Notes
     -----
-    Cells that say that a number is missing have the class `absent`. Texts are escaped, but for
-    those that are Markup, which pandas keeps in columns of dtype object alone; a missing value is
-    an empty cell.
+    Cells that say that a number is missing have the class `absent`. Texts are escaped unless they
+    are Markup, which pandas preserves only in columns of dtype object. Missing values are empty
+    cells.
     """
     return Markup(
         TEMPLATES.get_template("table.html.j2").render(

@@ -27,7 +27,7 @@ from references import IAS15, MUJOCO_RK4, EngineMissing, missing_engine
 from references.stored.provenance import truths
 
 FORMAT = 1
-TESTS = Path(__file__).parents[2] / "docs" / "kit"
+TESTS_FOLDER = Path(__file__).parents[2] / "docs" / "kit"
 README = Path(__file__).with_name("kit_readme.md")
 MANIFEST = "manifest.json"
 POINT_MASSES, MODELS = "point_masses", "models"
@@ -78,17 +78,17 @@ FIELDS = {
 
 
 def write_kit(folder: Path, report: Callable[[str], None] = lambda sentence: None) -> Path:
-    """Write the kit into a folder, which is made where there is none; returns its path.
+    """Write the kit into a folder, which is made if it does not exist; returns its path.
 
     Parameters
     ----------
     report
-        gets the name of what is computed now
+        called with the name of each problem and model before it is computed, and with "" at the end
 
     Raises
     ------
     EngineMissing
-        Without REBOUND or MuJoCo, before work starts.
+        Without REBOUND or MuJoCo, before anything is computed.
     """
     for engine in (IAS15, MUJOCO_RK4):
         if engine.missing:
@@ -101,7 +101,7 @@ def write_kit(folder: Path, report: Callable[[str], None] = lambda sentence: Non
     for model in models:
         report(model.name)
         files |= files_of_model(model)
-    for path in sorted((*TESTS.glob("*.py"), *TESTS.glob("*.cpp"))):
+    for path in sorted((*TESTS_FOLDER.glob("*.py"), *TESTS_FOLDER.glob("*.cpp"))):
         files[f"tests/{path.name}"] = path.read_text(encoding="utf-8")
     files["README.md"] = README.read_text(encoding="utf-8")
     names = {POINT_MASSES: [x.name for x in point_masses], MODELS: [x.name for x in models]}
@@ -122,14 +122,14 @@ def is_kit(folder: Path) -> bool:
 
 
 def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
-    """What computed these files and what is in them, as JSON.
+    """The manifest as JSON: what computed the files, the meaning of their fields, and their hashes.
 
     Parameters
     ----------
     names
-        of the problems and the models
+        POINT_MASSES and MODELS -> the names of the problems and models
     files
-        texts by the names of their files
+        name of a file -> its text
     """
     installed = versions()
     content = {
@@ -151,7 +151,7 @@ def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
 
 
 def files_of_point_masses(case: PointMasses) -> dict[str, str]:
-    """The texts of a problem's files by their names."""
+    """Name -> text of the files of a problem of point masses."""
     truth, problem = case.truth(), case.problem
     system: Any = problem.system
     q, v = (_in_space(x) for x in (truth.q, truth.v))
@@ -168,17 +168,17 @@ def files_of_point_masses(case: PointMasses) -> dict[str, str]:
     }
     table = [
         [t, system.G * mass, *position, *velocity, *errors]
-        for t, places, speeds, *errors in zip(
+        for t, positions, velocities, *errors in zip(
             truth.t, q, v, truth.error_q, truth.error_v, strict=True
         )
-        for mass, position, velocity in zip(system.masses, places, speeds, strict=True)
+        for mass, position, velocity in zip(system.masses, positions, velocities, strict=True)
     ]
     path = f"{POINT_MASSES}/{case.name}"
     return {f"{path}.json": _json(content), f"{path}.txt": _table(table)}
 
 
 def files_of_model(model: Model) -> dict[str, str]:
-    """The texts of a model's files by their names."""
+    """Name -> text of the files of a model."""
     truth, start = model.truth(), model.start()
     qpos, qvel = model.problem.system.to_mujoco(truth.q, truth.v)
     qpos[0], qvel[0] = start["qpos"], start["qvel"]
@@ -213,12 +213,12 @@ def _sources_and_orders(case: PointMasses | Model, truth: Truth) -> dict[str, An
 
 
 def _in_space(x: Array) -> Array:
-    """Vectors (..., 3) of those in the plane or in space."""
+    """Vectors in the plane or in space, (..., 2) or (..., 3), as vectors in space, (..., 3)."""
     return np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, 3 - x.shape[-1])])
 
 
 def _rows(**columns: Array) -> list[dict[str, Any]]:
-    """A mapping for each time after the start."""
+    """A mapping of names to values for each time but the first; the columns are (times, ...)."""
     return [
         {name: column[k].tolist() for name, column in columns.items()}
         for k in range(1, len(columns["t"]))
@@ -226,12 +226,12 @@ def _rows(**columns: Array) -> list[dict[str, Any]]:
 
 
 def _table(rows: list[list[float]]) -> str:
-    """Numbers with the digits that determine their float64, separated by spaces."""
+    """Rows of numbers as text, separated by spaces, with the digits that determine the float64."""
     return "".join(" ".join(repr(float(x)) for x in row) + "\n" for row in rows)
 
 
 def _json(content: Mapping[str, Any]) -> str:
-    """JSON with a line for each key, and for each member of its lists of mappings or mapping."""
+    """JSON with a line for each key, each entry of a mapping, and each mapping in a list."""
     return "{\n" + ",\n".join(_lines(content)) + "\n}\n"
 
 

@@ -1,8 +1,8 @@
-r"""Tables for a paper by pandas, which TeX fits into its text block.
+r"""Tables as LaTeX, written by pandas, that fit into the text block of a paper.
 
-Texts are X columns, which share what the numbers leave of ``\linewidth``, or `l` where they are
-short; numbers are S columns of siunitx. A long table breaks across pages, and one of many columns
-stands sideways.
+Columns with numbers are S columns of siunitx. Columns of texts are `l` columns if all texts are
+short, else X columns, which share the remainder of ``\linewidth``. A long table breaks across
+pages, and one of many columns stands sideways.
 """
 
 from __future__ import annotations
@@ -20,27 +20,33 @@ NEEDS = (
     r"% needs \usepackage{booktabs,siunitx,tabularx,xltabular,pdflscape}; "
     "galvi export --columns chooses columns"
 )
-ROWS = 25  # most of a table that floats; a longer one breaks across pages
-UPRIGHT, SIDEWAYS = 7, 12  # most columns of a table that stands so; more have a smaller font
-SHORT = 12  # letters of the longest text of a column that has no line breaks
-NARROW = 30  # letters on average of the narrowest column of paragraphs
-WORD = (
-    12  # letters of a word that stay together, of the narrow columns of a wide table half of them
-)
-PART = 250  # rows of a table that TeX's memory holds
-TEXT = r">{\hsize=%.2f\hsize\raggedright\arraybackslash\hspace{0pt}}X"  # hyphens in any word
+# Largest number of rows of a floating table; a longer one breaks across pages:
+MAX_FLOATING_ROWS = 25
+MAX_UPRIGHT_COLUMNS = 7  # largest number of columns of an upright table
+# Largest number of columns of a sideways table in scriptsize; more are in tiny:
+MAX_SCRIPTSIZE_COLUMNS = 12
+MAX_UNBROKEN_TEXT = 12  # characters; columns of texts that are no longer have no line breaks
+# Smallest mean length of texts, in characters, that counts for a column's width:
+MIN_MEAN_LENGTH = 30
+# Characters after which a word may break; half as many beyond MAX_SCRIPTSIZE_COLUMNS:
+UNBROKEN_CHARACTERS = 12
+MAX_TABLE_ROWS = 250  # largest number of rows of a table, for the sake of TeX's memory
+TEXT_COLUMN = r">{\hsize=%.2f\hsize\raggedright\arraybackslash\hspace{0pt}}X"  # hyphens in any word
 STYLE = (
     r"\setlength{\tabcolsep}{2pt}\sisetup{table-alignment-mode=none,table-number-alignment=right}"
 )
 LINE_END = r"\\"
-PAIRS = {"measured": "uncertainty", "fitted": "fitted_se"}  # number: its uncertainty, shown with it
-OF_ORIGIN = ("python", "numpy", "scipy", "numba", "rebound", "mujoco-core", "heyoka")
+UNCERTAINTY_OF = {
+    "measured": "uncertainty",
+    "fitted": "fitted_se",
+}  # number -> uncertainty in its cell
+PACKAGES = ("python", "numpy", "scipy", "numba", "rebound", "mujoco-core", "heyoka")
 NOT_INSTALLED = "not installed"
-SIGNS = str.maketrans({
+TEX_OF_CHARACTER = str.maketrans({
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "{": r"\{",
     "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
     "_": r"\_",
-    "[": "{[}", "*": "{*}",  # which are options of a line's end
+    "[": "{[}", "*": "{*}",  # TeX would read these as options of a line's end
     "<": r"\ensuremath{<}", ">": r"\ensuremath{>}", "|": r"\ensuremath{|}",
     "\u2212": r"\ensuremath{-}", "\u00d7": r"\ensuremath{\times}", "\u00b7": r"\ensuremath{\cdot}",
     "\u03c9": r"\ensuremath{\omega}", "\u03c0": r"\ensuremath{\pi}", "\u00b1": r"\ensuremath{\pm}",
@@ -48,14 +54,23 @@ SIGNS = str.maketrans({
     "\u2033": r"\ensuremath{''}", "\u200b": r"\allowbreak{}", "\n": " ", "\t": " ",
     "\u202f": r"\,", "\u2009": r"\,", "\u00a0": "~",
 })  # fmt: skip
-BREAK = r"(?<=[/_,;:=])(?=\w)|(?<=\S{%d})(?=\S)"  # where a text may end its line, without hyphens
-RAISED = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+# Where a text may end its line, without hyphens:
+BREAK_POSITION = r"(?<=[/_,;:=])(?=\w)|(?<=\S{%d})(?=\S)"
+SUPERSCRIPTS = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
 @dataclass(frozen=True)
 class _Column:
-    """A column as TeX: its heading, "S", "l" or "X", its cells, and the weight of its width."""
+    """A column as TeX.
+
+    Attributes
+    ----------
+    kind
+        its type: "S", "l" or "X"
+    weight
+        relative width of an X column
+    """
 
     heading: str
     kind: str
@@ -64,37 +79,44 @@ class _Column:
 
 
 def as_latex(table: pd.DataFrame, caption: str = "", label: str = "") -> str:
-    """The table with few digits; numbers with an uncertainty have two digits of it.
+    """The table as LaTeX, with few digits; numbers with an uncertainty have two digits of it.
 
-    A column with a number is an S column of siunitx, in which texts stand in braces. What is too
-    long for the memory of TeX is several tables.
+    A column with a number is an S column of siunitx, in which texts stand in braces. A table of
+    more than MAX_TABLE_ROWS rows is split into several.
     """
-    uncertainties = {name: PAIRS[name] for name in table if PAIRS.get(name) in table}
+    uncertainties = {
+        name: UNCERTAINTY_OF[name] for name in table if UNCERTAINTY_OF.get(name) in table
+    }
     names = table.columns.drop(list(uncertainties.values()))
-    piece = WORD if len(names) <= SIDEWAYS else WORD // 2
+    unbroken = (
+        UNBROKEN_CHARACTERS if len(names) <= MAX_SCRIPTSIZE_COLUMNS else UNBROKEN_CHARACTERS // 2
+    )
     columns = [
-        _column(str(name), table[name], table.get(uncertainties.get(name)), piece) for name in names
+        _column(str(name), table[name], table.get(uncertainties.get(name)), unbroken)
+        for name in names
     ]
-    tables = [_table(columns, slice(0, PART), caption, label)]
+    tables = [_table(columns, slice(0, MAX_TABLE_ROWS), caption, label)]
     tables += [
         _table(
             columns,
-            slice(first, first + PART),
+            slice(first, first + MAX_TABLE_ROWS),
             f"{caption} Continued from row {first + 1}.",
             f"{label}-{first + 1}",
         )
-        for first in range(PART, len(table), PART)
+        for first in range(MAX_TABLE_ROWS, len(table), MAX_TABLE_ROWS)
     ]
     return "\n".join([NEEDS, *tables])
 
 
 def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) -> str:
     cells = pd.DataFrame({k: column.cells[rows] for k, column in enumerate(columns)}, dtype=object)
-    sideways = len(columns) > UPRIGHT
-    longtable = sideways or len(columns[0].cells) > ROWS
+    sideways = len(columns) > MAX_UPRIGHT_COLUMNS
+    longtable = sideways or len(columns[0].cells) > MAX_FLOATING_ROWS
     texts = [column.weight for column in columns if column.kind == "X"]
     kinds = [
-        TEXT % (column.weight * len(texts) / sum(texts)) if column.kind == "X" else column.kind
+        TEXT_COLUMN % (column.weight * len(texts) / sum(texts))
+        if column.kind == "X"
+        else column.kind
         for column in columns
     ]
     styler = cells.style.hide(axis="index")
@@ -113,13 +135,15 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
     if not longtable:  # a float sets its own style
         return latex.replace("\\begin{table}\n", f"\\begin{{table}}\n\\footnotesize{STYLE}\n", 1)
     if sideways:
-        size = "scriptsize" if len(columns) <= SIDEWAYS else "tiny"
+        size = "scriptsize" if len(columns) <= MAX_SCRIPTSIZE_COLUMNS else "tiny"
         return f"\\begin{{landscape}}\\{size}{STYLE}\n{latex}\\end{{landscape}}\n"
     return f"\\begingroup\\footnotesize{STYLE}\n{latex}\\endgroup\n"
 
 
-def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece: int) -> _Column:
-    """piece  letters of a word after which it may go on in the next line"""
+def _column(
+    name: str, values: pd.Series, uncertainties: pd.Series | None, unbroken: int
+) -> _Column:
+    """The column of these values; words may break after `unbroken` characters."""
     errors = [None] * len(values) if uncertainties is None else uncertainties
     numbers = [is_finite(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]
@@ -132,19 +156,21 @@ def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece
         ]
         return _Column(stacked, "S", cells)
     lengths = [*map(len, texts)]
-    if max(lengths, default=0) <= SHORT:
+    if max(lengths, default=0) <= MAX_UNBROKEN_TEXT:
         return _Column(stacked, "l", [*map(escape, texts)])
-    cells = [escape(re.sub(BREAK % piece, "\u200b", text)) for text in texts]
-    # the square root makes the least of all lines together
-    return _Column(" ".join(heading), "X", cells, max(NARROW, float(np.mean(lengths))) ** 0.5)
+    cells = [escape(re.sub(BREAK_POSITION % unbroken, "\u200b", text)) for text in texts]
+    # widths in proportion to the square root of the length minimise the total number of lines
+    return _Column(
+        " ".join(heading), "X", cells, max(MIN_MEAN_LENGTH, float(np.mean(lengths))) ** 0.5
+    )
 
 
 def caption_of(name: str, origin: Mapping[str, str], where: Sequence[str] = ()) -> str:
-    """A caption with the conditions on its rows, and date, machine, versions and commit, as far as
-    they are known."""
+    """A caption with the conditions on the rows, and with the date, machine, versions and commit
+    that `origin` has."""
     versions = ", ".join(
         f"{package} {origin[package]}"
-        for package in OF_ORIGIN
+        for package in PACKAGES
         if origin.get(package, NOT_INSTALLED) != NOT_INSTALLED
     )
     parts = (
@@ -160,9 +186,9 @@ def caption_of(name: str, origin: Mapping[str, str], where: Sequence[str] = ()) 
 
 
 def escape(text: str) -> str:
-    """Text in which nothing is a command of TeX; raised signs become exponents."""
+    """The text with TeX's characters escaped; superscript characters become superscripts."""
     printable = "".join(sign for sign in text if sign.isprintable() or sign in "\u200b\n\t")
-    return RAISED.sub(
+    return SUPERSCRIPTS.sub(
         lambda raised: f"\\textsuperscript{{{raised[0].translate(LOWERED)}}}",
-        printable.translate(SIGNS),
+        printable.translate(TEX_OF_CHARACTER),
     )

@@ -1,4 +1,4 @@
-r"""The numbers of README and pages as macros of LaTeX: numbers.tex.
+r"""numbers.tex: the numbers of README and pages as LaTeX macros.
 
 ``\ratioREBOUNDIASOneFiveOuterSolarSystemOneeMinusEight``: the time of IAS15 over galvi's at 1e-8.
 """
@@ -24,7 +24,7 @@ CLAIMS = "claims.csv"
 
 
 def macro(*texts: str) -> str:
-    """A name of letters only: digits are spelt out, other signs begin a new word."""
+    """The name of a macro, of letters only: digits are spelt out, other characters start a word."""
     parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(texts)))
     spelt = (re.sub(r"\d", lambda digit: DIGITS[int(digit[0])], part) for part in parts if part)
     joined = "".join(part[:1].upper() + part[1:] for part in spelt)
@@ -32,12 +32,12 @@ def macro(*texts: str) -> str:
 
 
 def numbers(out: Path) -> str:
-    """numbers.tex of the report in a folder; a comment says what each number is.
+    """The text of numbers.tex for the report in a folder; a comment explains each number.
 
     Raises
     ------
     FileNotFoundError
-        Without claims.csv.
+        If the folder has no claims.csv.
     """
     claims, ratios = read_csv(out / CLAIMS), out / "tables" / "ratios.csv"
     lines = [*_of_origin(out), *_of_claims(claims)]
@@ -50,13 +50,13 @@ def numbers(out: Path) -> str:
 
 
 def bibliography() -> str:
-    """cite.bib: galvi, both papers, and every code that takes part, for any style of BibTeX."""
+    """The text of cite.bib, for any style of BibTeX: galvi, the papers, and the compared codes."""
     texts = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
     entry = f"@misc{{galvi,\n  date = {{{today()}}},\n  note = {{commit {commit()[:12]}}},"
     return texts.replace("@software{galvi,", entry).replace("@software{", "@misc{") + "\n"
 
 
-Line = tuple[str, str, str]  # name, value, what it is
+Line = tuple[str, str, str]  # name, value and meaning of a macro
 
 
 def _of_origin(out: Path) -> Iterator[Line]:

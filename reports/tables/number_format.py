@@ -1,4 +1,4 @@
-"""Numbers as text: for readers, for terminals, and as siunitx reads them."""
+"""Numbers as text: for readers, for terminals, and for siunitx."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NARROW_SPACE = "\u202f"
 MINUS = "\u2212"
 TIMES = "\u2009\u00d7"
-EXPONENTS = range(-3, 5)  # of numbers without a power of ten
-DECIMALS = 15  # most of a number with an uncertainty
-SHORT = 6  # digits that give a setting exactly, as no measured number
+PLAIN_EXPONENTS = range(-3, 5)  # exponents of numbers that are written without a power of ten
+MAX_DECIMALS = 15  # largest number of decimals of a number with an uncertainty
+MAX_SETTING_DIGITS = 6  # largest number of digits of a setting, which is written exactly
 
 
 def is_finite(number: Any) -> bool:
-    """Whether this is a finite number, of numpy too; None, NaN and infinities are not."""
+    """Whether this is a finite real number of Python or numpy; None, NaN and infinities are not."""
     return isinstance(number, Real) and math.isfinite(number)
 
 
@@ -38,12 +38,13 @@ def readable(number: Any, digits: int = 3) -> str:
 
 
 def in_full(number: float) -> str:
-    """As `readable`, but whole numbers and settings such as 0.9999 have all digits they need."""
+    """As `readable`, but whole numbers, and settings of up to MAX_SETTING_DIGITS digits such as
+    0.9999, are exact."""
     if not is_finite(number):
         return ""
-    if float(number).is_integer() and abs(number) < 10.0**DECIMALS:
+    if float(number).is_integer() and abs(number) < 10.0**MAX_DECIMALS:
         return f"{number:.0f}".replace("-", MINUS)
-    max_digits = SHORT if _power(number) in EXPONENTS else 1
+    max_digits = MAX_SETTING_DIGITS if _exponent(number) in PLAIN_EXPONENTS else 1
     needed = (
         digits for digits in range(1, max_digits + 1) if float(plain(number, digits)) == number
     )
@@ -55,15 +56,18 @@ def with_uncertainty(number: Any, uncertainty: Any) -> str:
     if not is_finite(number) or not is_finite(uncertainty) or not uncertainty > 0:
         return readable(number)
     decimals = _decimals(uncertainty, 2)
-    if not 0 <= decimals <= DECIMALS or (abs(number) < 10.0 ** EXPONENTS[0] and decimals > SHORT):
+    if not 0 <= decimals <= MAX_DECIMALS or (
+        abs(number) < 10.0 ** PLAIN_EXPONENTS[0] and decimals > MAX_SETTING_DIGITS
+    ):
         return f"{readable(number)} ± {readable(uncertainty, 2)}"
     return f"{number:.{decimals}f} ± {uncertainty:.{decimals}f}".replace("-", MINUS)
 
 
 def concise(number: float, uncertainty: Any, digits: int = 1, max_decimals: int = 3) -> str:
-    """Text such as 3.97(2): so many digits of the uncertainty, in units of the last decimal.
+    """Text such as 3.97(2), with `digits` digits of the uncertainty, in units of the last decimal.
 
-    At most `max_decimals`; a smaller uncertainty is shown as (1). Without one two decimals.
+    There are at most `max_decimals` decimals; a smaller uncertainty is shown as (1). Without an
+    uncertainty the number has two decimals.
     """
     if not is_finite(uncertainty) or not uncertainty > 0:
         return f"{number:.2f}"
@@ -72,21 +76,21 @@ def concise(number: float, uncertainty: Any, digits: int = 1, max_decimals: int 
 
 
 def siunitx(number: Any, uncertainty: Any = None) -> str:
-    """A number for siunitx: 0.553(12) with two digits of the uncertainty, 3.10e-10, 12.4, and whole
-    numbers in full; "" for None, NaN and infinities."""
+    """A number for siunitx: 0.553(12) with two digits of the uncertainty, or 3.10e-10, 12.4, and
+    whole numbers below 100,000 in full; "" for None, NaN and infinities."""
     if not is_finite(number):
         return ""
     if is_finite(uncertainty) and uncertainty > 0:
-        power = _power(max(abs(number), uncertainty))
-        power *= power not in EXPONENTS
-        text = concise(number / 10.0**power, uncertainty / 10.0**power, 2, DECIMALS)
+        power = _exponent(max(abs(number), uncertainty))
+        power *= power not in PLAIN_EXPONENTS
+        text = concise(number / 10.0**power, uncertainty / 10.0**power, 2, MAX_DECIMALS)
         return f"{text}e{power}" if power else text
-    is_short_integer = float(number).is_integer() and _power(number) in EXPONENTS
+    is_short_integer = float(number).is_integer() and _exponent(number) in PLAIN_EXPONENTS
     return f"{number:.0f}" if is_short_integer else _rounded(number, 3)
 
 
 def seconds(number: Any) -> str:
-    """A time in seconds as text with its unit: 3.2 ms, 1.25 s; "" when unknown."""
+    """A time in seconds as text with its unit: 3.20 ms, 1.25 s; "" if unknown."""
     if not is_finite(number):
         return ""
     units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
@@ -95,23 +99,23 @@ def seconds(number: Any) -> str:
 
 
 def _rounded(number: Any, digits: int) -> str:
-    """E.g. 0.553, 12.4, 3.10e-10."""
+    """A number with `digits` digits, e.g. 0.553, 12.4, 3.10e-10; "" if it is not finite."""
     if not is_finite(number):
         return ""
     if number == 0:
         return "0"
     text = f"{number:.{digits - 1}e}"
     mantissa, exponent = text.split("e")
-    if int(exponent) in EXPONENTS:
+    if int(exponent) in PLAIN_EXPONENTS:
         return f"{float(text):.{max(0, digits - 1 - int(exponent))}f}"
     return f"{mantissa}e{int(exponent)}"
 
 
-def _power(number: float) -> int:
-    """The exponent of the first digit."""
+def _exponent(number: float) -> int:
+    """The decimal exponent of a number that is rounded to one digit."""
     return int(f"{number:.0e}".split("e")[1])
 
 
 def _decimals(uncertainty: float, digits: int) -> int:
-    """Decimals of a number whose uncertainty has so many digits."""
+    """The number of decimals with which the uncertainty has `digits` digits."""
     return digits - 1 - math.floor(math.log10(uncertainty))

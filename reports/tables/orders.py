@@ -1,4 +1,4 @@
-"""Order tables of a user's methods: sentences, CSV, Markdown and LaTeX."""
+"""Orders of a user's methods, as sentences, CSV, Markdown and LaTeX."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from reports.tables.number_format import concise, is_finite, plain
 from reports.tables.writing import write_table
 
 DEFECTS = {"symmetry": "symmetry defect", "symplecticity": "symplectic defect"}
-READ = ("method", "h", "error", "order", "fit", "energy", "momentum", "seconds")
+READABLE_COLUMNS = ("method", "h", "error", "order", "fit", "energy", "momentum", "seconds")
 
 
 @dataclass(frozen=True, eq=False)
 class OrderTable:
-    """The rows of `benchmarks.applications.convergence.table`, and what they rest on.
+    """The rows of `benchmarks.applications.convergence.table`, with their problem and truth.
 
     Attributes
     ----------
@@ -40,7 +40,8 @@ class OrderTable:
     origin: Mapping[str, str]
 
     def fits(self) -> pd.DataFrame:
-        """A line for each method with equal steps: its order, and the window of the fit."""
+        """A line for each method with equal steps: its order, the window of the fit, the largest
+        defects within it, and the largest error that is round-off."""
         lines = []
         for method, rows in self.rows[self.rows["h"].notna()].groupby("method", sort=False):
             used = rows[rows["fit"]]
@@ -62,7 +63,7 @@ class OrderTable:
 
 
 def sentences(table: OrderTable) -> Iterator[str]:
-    """The truth, and the order of each method, as for a terminal."""
+    """Sentences for a terminal on the truth, the order of each method, remarks and faults."""
     name = table.problem.name or "the problem"
     yield (
         f"{name}, T = {table.duration:g}. Truth: {table.truth.description} "
@@ -83,7 +84,7 @@ def sentences(table: OrderTable) -> Iterator[str]:
 
 
 def caption(table: OrderTable, subject: str) -> str:
-    """What a table or a figure shows, on which problem, against which truth, and measured where."""
+    """A caption with a subject, the problem, the truth, and the origin of the measurement."""
     name = table.problem.name or "a problem"
     origin = caption_of("", table.origin).removeprefix(". ")
     return (
@@ -93,11 +94,13 @@ def caption(table: OrderTable, subject: str) -> str:
 
 
 def write_orders(table: OrderTable, folder: Path) -> list[Path]:
-    """Write convergence.csv with every row, and orders.csv with a line for each method, both as
-    Markdown and LaTeX too, where columns without a number are left out; returns the paths."""
+    """Write convergence.csv with all rows, and orders.csv with a line for each method.
+
+    Both are also written as Markdown and LaTeX, without columns that are empty. Returns the paths.
+    """
     fits = table.fits()
     rows = table.rows.assign(fit=["yes" if used else "" for used in table.rows["fit"]])
-    methods = rows[list(READ)].dropna(axis="columns", how="all")
+    methods = rows[list(READABLE_COLUMNS)].dropna(axis="columns", how="all")
     orders = fits.drop(columns="points").rename(columns=DEFECTS).dropna(axis="columns", how="all")
     files = write_table(
         folder, "convergence", table.rows, methods, caption=caption(table, "Methods")

@@ -1,4 +1,4 @@
-"""All problems together: what share of its problems a code solves, and beside galvi."""
+"""All problems together: the fraction of problems that a code solves, and how galvi compares."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from benchmarks.work_precision.fronts import ratios
 from benchmarks.work_precision.profiles import Share, costs, profile, share
 from reports.tables.comparison_tables import heading
 
-SHOWN = (1e-4, 1e-8)  # errors
-MIN_PROBLEMS = 5  # problems, of which a share is said
-FACTORS = (1.0, 10.0)  # of the fastest
+TABLE_ERRORS = (1e-4, 1e-8)  # errors of the table
+MIN_PROBLEMS = 5  # smallest number of problems of a code in the table
+FACTORS = (1.0, 10.0)  # multiples of the fastest code's time
 
 
 def costs_at(runs: pd.DataFrame) -> dict[float, pd.DataFrame]:
     """Error -> `benchmarks.work_precision.profiles.costs` of the rows of a comparison."""
-    cells = ratios(runs, SHOWN)
-    return {error: costs(runs, cells, error) for error in SHOWN}
+    cells = ratios(runs, TABLE_ERRORS)
+    return {error: costs(runs, cells, error) for error in TABLE_ERRORS}
 
 
 def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
-    """As text, a line for each code and error: problems, shares with their bands, and on how many
-    of them galvi is faster, ties, is slower."""
+    """A line of texts for each error and code: its number of problems, fractions of them with
+    their bands, and on how many galvi is faster, ties, or is slower."""
     lines = []
     for error, table in costs_at(runs).items():
         for code, rows in table.groupby("code", sort=False):
@@ -46,6 +46,6 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _percent(band: Share) -> str:
-    """E.g. 80 % (60 to 100)."""
+    """A fraction with its band in percent, e.g. 80 % (60 to 100)."""
     low, middle, high = (round(100.0 * number) for number in band)
     return f"{middle} % ({low} to {high})"

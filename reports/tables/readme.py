@@ -1,4 +1,4 @@
-"""Update the tables and the pictures of README.md and of docs/ from the output of `build`."""
+"""Update tables and pictures of README.md and docs/ from the output of `build`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.claims import CLAIMS
-from benchmarks.claims.statements import counted, statements
+from benchmarks.claims.statements import statements, status_counts
 from benchmarks.statistics.paired import TIE
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import read_csv
@@ -24,7 +24,7 @@ from reports.tables.comparison_tables import (
     ALL,
     GALVI,
     NOBODY,
-    NOISE,
+    NOISE_LABEL,
     fastest_per_error,
     heading,
     is_galvi,
@@ -40,8 +40,8 @@ PAGES = {
     "docs/which.md": {CHOICES},
 }
 WIDTH = 101  # columns of the README
-MEASURED = ("work_precision.csv", "claims.csv")  # of a report
-PICTURES = {  # of the repository: of a report
+ROW_FILES = ("work_precision.csv", "claims.csv")  # files of a report from which tables are made
+PICTURES = {  # path in the repository -> name of a figure of the report
     "reports/inner_planets.png": "fig-2-14",
     "docs/headline_rebound.png": "headline-rebound",
     "docs/headline_mujoco.png": "headline-mujoco",
@@ -111,15 +111,15 @@ def headline_table(claims: pd.DataFrame) -> str:
 
 
 def markdown(table: pd.DataFrame) -> str:
-    """A table whose columns are not padded, so that a cell changes its line alone."""
+    """The table as Markdown without padding, so that a changed cell changes only its own line."""
     lines = [f"| {' | '.join(line)} |" for line in (table.columns, *table.fillna("").to_numpy())]
     return "\n".join([lines[0], "|---" * len(table.columns) + "|", *lines[1:]])
 
 
-def times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Systems) -> str:
-    """Markdown table from ratios.csv: times relative to galvi's best at equal error.
+def times_table(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Systems) -> str:
+    """A Markdown table from ratios.csv: times relative to galvi's best at equal error.
 
-    Of each code its least ratio with its interval; "-" where it took no part.
+    A cell is a code's smallest ratio, with its interval; "-" if the code took no part.
     """
     titles = {
         (system, error): f"{title}, {error:.0e}"
@@ -131,16 +131,18 @@ def times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Sy
         ratio=pd.to_numeric(ratios["ratio"], errors="coerce"),
     )
     best_ratios = rows.sort_values("ratio").drop_duplicates(["problem", "error", "code"])
-    best_ratios["cell"] = best_ratios.apply(_ratio, axis="columns")
+    best_ratios["cell"] = best_ratios.apply(_ratio_cell, axis="columns")
     cells = best_ratios.pivot(index="code", columns=["problem", "error"], values="cell")
     noise = rows.groupby(["problem", "error"]).agg({"noise_low": "min", "noise_high": "max"})
-    cells.loc[NOISE] = noise.dropna().apply("{noise_low:.2f}-{noise_high:.2f}".format_map, axis=1)
-    table = cells.reindex(index=[*codes, NOISE], columns=list(titles)).astype(object)
+    cells.loc[NOISE_LABEL] = noise.dropna().apply(
+        "{noise_low:.2f}-{noise_high:.2f}".format_map, axis=1
+    )
+    table = cells.reindex(index=[*codes, NOISE_LABEL], columns=list(titles)).astype(object)
     table = table.fillna("-").set_axis(list(titles.values()), axis="columns")
     return markdown(table.rename_axis(quantity).reset_index())
 
 
-def _ratio(row: pd.Series) -> str:
+def _ratio_cell(row: pd.Series) -> str:
     if not is_finite(row["ratio"]):
         return NOBODY
     tie = "tie, " if row["outcome"] == TIE else ""
@@ -149,17 +151,19 @@ def _ratio(row: pd.Series) -> str:
 
 
 def by_machine(report: Sequence[Machine], *columns: Any) -> str:
-    """A block for each kind of processor, by its widest vectors: a line on the machine, and the
-    table of `times`; of several of a kind the report's own, which is first, or the newest."""
+    """A block for each kind of processor: a line on the machine, and its table of `times_table`.
+
+    Of several machines of a kind, the first in `report` is shown.
+    """
     blocks = {
-        machine.vector_set: f"On {machine.title}:\n\n{times(matched(machine.runs), *columns)}"
+        machine.vector_set: f"On {machine.title}:\n\n{times_table(matched(machine.runs), *columns)}"
         for machine in reversed(report)
     }
     return "\n\n".join(blocks[kind] for kind in sorted(blocks))
 
 
-ASKED = (1e-4, 1e-6, 1e-8)
-PROBLEMS = (
+ASKED_ERRORS = (1e-4, 1e-6, 1e-8)
+CHOICE_PROBLEMS = (
     "outer solar system",
     "solar system without Pluto",
     "two bodies, e = 0.99",
@@ -172,21 +176,24 @@ PROBLEMS = (
 
 
 def choices(runs: pd.DataFrame) -> str:
-    """Markdown table from work_precision.csv: for each problem the fastest code at each error,
-    and galvi's fastest method where it is another."""
-    table = fastest_per_error(ratios(runs, ASKED), runs)
+    """A Markdown table from work_precision.csv: for each problem the fastest code at each error,
+    and galvi's fastest method if that is another one."""
+    table = fastest_per_error(ratios(runs, ASKED_ERRORS), runs)
     fastest = table.set_index(["problem", "asked", "of"]).sort_index()
     lines = [
         {"problem": label_of(problem).title}
-        | {f"error {heading(error)}": _choice(fastest.loc[problem, error]) for error in ASKED}
-        for problem in PROBLEMS
+        | {
+            f"error {heading(error)}": _choice(fastest.loc[problem, error])
+            for error in ASKED_ERRORS
+        }
+        for problem in CHOICE_PROBLEMS
         if problem in fastest.index
     ]
     return markdown(pd.DataFrame(lines))
 
 
 def _choice(rows: pd.DataFrame) -> str:
-    """The fastest of all, in bold type where it is galvi's; else galvi's after it."""
+    """The fastest contender of all, in bold type if it is galvi's; else followed by galvi's."""
     texts = {
         of: f"{row['contender']}, {row['settings']}, {seconds(row['seconds'])}"
         for of, row in rows.iterrows()
@@ -200,7 +207,7 @@ def _choice(rows: pd.DataFrame) -> str:
 
 
 def evidence(out: Path) -> str:
-    """Markdown table: numbers of claims, checks, truths and planted faults."""
+    """A Markdown table with the numbers of claims, checks, truths and planted faults."""
     claims = read_csv(out / "claims.csv")
     differing = int((claims["verdict"] != claims["expected"]).sum())
     faults = sum(len(claim.caught) for claim in CLAIMS)
@@ -219,7 +226,7 @@ def marks(name: str) -> tuple[str, str]:
 
 
 def with_table(page: str, name: str, table: str) -> str:
-    """The page with another text between the marks.
+    """The page with `table` as its text between the marks of `name`.
 
     Raises
     ------
@@ -236,16 +243,19 @@ def with_table(page: str, name: str, table: str) -> str:
 
 def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
-    and update their pictures; tables of rows that ``out`` does not hold stay. Returns the
-    names of the written tables.
+    and update their pictures.
+
+    Tables whose rows ``out`` does not hold are left unchanged. The text STATEMENTS is always
+    written. Returns the names of the other texts that were written.
 
     Raises
     ------
     ValueError
-        For rows of the quick setting, whose runs are shorter than the pages say.
+        For rows of the quick setting, whose runs are shorter than the pages say, and for a page
+        without the marks of one of its tables.
     """
     origins = read_origins(out)
-    quick = [name for name in MEASURED if origins.get(name, {}).get("setting") == "quick"]
+    quick = [name for name in ROW_FILES if origins.get(name, {}).get("setting") == "quick"]
     if quick:
         raise ValueError(
             f"{out} holds {' and '.join(quick)} of the quick setting; run build without --quick "
@@ -253,21 +263,21 @@ def renew(root: Path, out: Path) -> list[str]:
         )
     report = machines(out)
     problems = set(report[0].runs["problem"]) if report else set()
-    tables = {STATEMENTS: textwrap.fill(counted(statements()), WIDTH)}
+    tables = {STATEMENTS: textwrap.fill(status_counts(statements()), WIDTH)}
     for name, columns in TIMES.items():
         if problems >= columns[-1].keys():
             tables[name] = by_machine(report, *columns)
-    if problems >= set(PROBLEMS):
+    if problems >= set(CHOICE_PROBLEMS):
         tables[CHOICES] = choices(report[0].runs)
     if (out / "claims.csv").is_file():
         tables |= {RESULTS: headline_table(read_csv(out / "claims.csv")), EVIDENCE: evidence(out)}
-    for name, of_page in PAGES.items():
+    for name, page_tables in PAGES.items():
         page = (root / name).read_text(encoding="utf-8")
-        for table in of_page & tables.keys():
+        for table in page_tables & tables.keys():
             page = with_table(page, table, tables[table])
         write(root / name, page)
     for picture, figure in PICTURES.items():
-        drawn = out / "figures" / f"{figure}.png"
-        if drawn.is_file():
-            write(root / picture, drawn.read_bytes())
+        picture_path = out / "figures" / f"{figure}.png"
+        if picture_path.is_file():
+            write(root / picture, picture_path.read_bytes())
     return [name for name in tables if name != STATEMENTS]

@@ -1,4 +1,4 @@
-"""The tables of a study and of the cost of a step: selected columns with headings, as text."""
+"""The tables of studies and of the cost of a step as text: selected columns with headings."""
 
 from __future__ import annotations
 
@@ -19,12 +19,16 @@ def readable_table(
     headings: Mapping[str, str],
     formats: Mapping[str, Callable[[float], str]] = MappingProxyType({}),
 ) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The columns with a heading, as text, and their CSS classes; empty columns are omitted.
+    """The columns that have a heading, as text, and heading -> CSS class of those with numbers.
+
+    Empty columns are omitted.
 
     Parameters
     ----------
+    headings
+        column -> heading
     formats
-        column -> how its numbers are written, where that is not in full; texts stay
+        column -> function that formats its numbers, by default `in_full`; texts are unchanged
     """
     shown = table[[name for name in headings if name in table]].astype(object)
     text = shown.apply(lambda column: column.map(partial(_cell, formats.get(column.name, in_full))))
@@ -35,15 +39,15 @@ def readable_table(
     }
 
 
-def _cell(written: Callable[[float], str], value: object) -> object:
+def _cell(write_number: Callable[[float], str], value: object) -> object:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return written(float(value)) if isinstance(value, Real) else value
+    return write_number(float(value)) if isinstance(value, Real) else value
 
 
 def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """The table without the columns of commit and date that have one value, and a sentence with
-    these values."""
+    """The table without those of the columns "date" and "commit" that have a single value, and a
+    sentence with these values, or ""."""
     common = {
         name: table[name].iloc[0]
         for name in ("date", "commit")
@@ -54,7 +58,8 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
 
 
 def readable_cost(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """As `readable_table`, for `benchmarks.work_precision.cost`, times with their units."""
+    """As `readable_table`, for the table of `benchmarks.work_precision.cost`, whose times have
+    units."""
     titles = [label_of(name).title for name in table["problem"]]
     times = {
         column.name: table[column.name].map(seconds)

@@ -8,12 +8,12 @@ from benchmarks.work_precision.fronts import NOT_REACHED
 from benchmarks.work_precision.labels import label_of
 from reports.tables.number_format import TIMES, is_finite, readable
 
-OF_GALVI = "of galvi"
+GALVI_HEADING = "of galvi"
 HEADINGS = (
-    *("problem", "against", OF_GALVI, "error", "target", "measured", "verdict"),
+    *("problem", "against", GALVI_HEADING, "error", "target", "measured", "verdict"),
     "fastest of each",
 )
-ALONE = "by galvi alone"  # is the error reached
+GALVI_ALONE = "by galvi alone"  # in place of a ratio, where no other code reaches the error
 NUMBERS = ("error", "target", "measured")
 TEXT = (
     "Time of another code relative to the fastest galvi method at the same error of the position "
@@ -25,18 +25,18 @@ TEXT = (
 
 
 def readable_targets(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each row of `benchmarks.work_precision.targets_met`, and the CSS classes.
+    """A line for each row of `benchmarks.work_precision.targets_met`, and the columns' CSS classes.
 
-    The column of remarks is present when a row has one.
+    There is a column of remarks if a row has one.
     """
     lines = [
         {
             "problem": label_of(row["problem"]).title,
             "against": row["against"],
-            OF_GALVI: row["counted"],
+            GALVI_HEADING: row["counted"],
             "error": readable(row["error"], 2),
             "target": _target(row["target"]),
-            "measured": ALONE
+            "measured": GALVI_ALONE
             if row["ratio"] == NOT_REACHED
             else _times(row["ratio"], 3) or str(row["verdict"]),
             "verdict": row["verdict"],
@@ -51,7 +51,7 @@ def readable_targets(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
 
 
 def summary(table: pd.DataFrame) -> str:
-    """Sentences with the number of targets met and their sources."""
+    """Sentences with the number of targets of each verdict, and their sources."""
     counts = ", ".join(f"{n} {name}" for name, n in table["verdict"].value_counts().items())
     sources = table["source"].drop_duplicates()
     name = "Sources" if len(sources) > 1 else "Source"
@@ -59,7 +59,7 @@ def summary(table: pd.DataFrame) -> str:
 
 
 def _target(ratio: float) -> str:
-    """The target as text; without a ratio, the error is to be reached."""
+    """The target as text; "reached" if it is an error to reach, without a ratio."""
     if not is_finite(ratio):
         return "reached"
     digits = 2 if float(f"{ratio:.2g}") == ratio else 3
@@ -67,7 +67,7 @@ def _target(ratio: float) -> str:
 
 
 def _times(ratio: float | str, digits: int) -> str:
-    """A ratio as text, e.g. 18×; texts are unchanged; "" when unknown."""
+    """A ratio as text, e.g. 18 ×; texts are unchanged; "" if it is unknown."""
     if isinstance(ratio, str):
         return ratio
     return f"{readable(ratio, digits)}{TIMES}" if is_finite(ratio) else ""

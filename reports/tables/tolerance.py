@@ -1,4 +1,4 @@
-"""The bound that a regression test of a user's own run should have: sentences, a table, a file."""
+"""The bounds that a regression test of a user's own run should have: sentences, tables, files."""
 
 from __future__ import annotations
 
@@ -24,19 +24,20 @@ from reports.tables.number_format import plain
 from reports.tables.versions import label
 from reports.tables.writing import write_table
 
-EXPRESSIONS = {  # of each engine, what a test compares
+EXPRESSIONS = {  # engine -> quantity -> the Python expression that a test compares
     "mujoco": {"positions": "data.qpos", "velocities": "data.qvel"},
     "rebound": {
         "positions": "[p.xyz for p in sim.particles]",
         "velocities": "[p.vxyz for p in sim.particles]",
     },
 }
-SAME_BITS = ("repeated", "two threads")
+BIT_IDENTICAL_VARIANTS = ("repeated", "two threads")
 IMPORTS = ("import json", "from pathlib import Path", "", "import numpy", "")
 
 
 def sentences(tolerance: Tolerance) -> Iterator[str]:
-    """The bounds at the end with their reasons, where to compare, and what was run."""
+    """Sentences on the bounds at the end, the latest time to compare at, and the runs behind
+    them."""
     for name in QUANTITIES:
         yield _at_end(tolerance, name)
     latest = tolerance.latest
@@ -58,7 +59,7 @@ def sentences(tolerance: Tolerance) -> Iterator[str]:
         f"{CHANGE_FLOORS:g}."
     )
     for variant in tolerance.variants:
-        yield _compared(variant, tolerance)
+        yield _variant_sentence(variant, tolerance)
 
 
 def _at_end(tolerance: Tolerance, name: str) -> str:
@@ -78,12 +79,12 @@ def _at_end(tolerance: Tolerance, name: str) -> str:
     )
 
 
-def _compared(variant: Variant, tolerance: Tolerance) -> str:
-    """The distance of one kind of runs from the user's, as text."""
+def _variant_sentence(variant: Variant, tolerance: Tolerance) -> str:
+    """A sentence on how far the runs of a variant differ from the user's run."""
     name = variant.name
     if variant.failure:
         return f"{name}: {variant.failure.rstrip('.')}."
-    if name in SAME_BITS:
+    if name in BIT_IDENTICAL_VARIANTS:
         if variant.is_identical:
             return f"{name}: bit-identical."
         return (
@@ -112,13 +113,13 @@ def _floors(variant: Variant) -> str:
 
 
 def times(tolerance: Tolerance) -> list[float]:
-    """The times of the bounds, in the engine's time."""
+    """The times of the bounds, as the engine counts them."""
     start = tolerance.run.job.get("t", 0.0)
     return [start + float(t) for t in tolerance.run.times]
 
 
 def atol(tolerance: Tolerance, name: str, sample: int) -> str:
-    """The bound with two digits, rounded up; "" for none."""
+    """The bound of a quantity at a sample, rounded up to two digits; "" if there is none."""
     value = tolerance.bounds[name][sample].value
     if not math.isfinite(value):
         return ""
@@ -127,14 +128,15 @@ def atol(tolerance: Tolerance, name: str, sample: int) -> str:
 
 
 def lines_to_paste(tolerance: Tolerance) -> list[str]:
-    """Python for the user's own test, beside which tolerance.json is; none where there is no
-    bound."""
+    """Lines of Python for the user's own test, which reads tolerance.json from its own folder; []
+    if there is no bound."""
     if tolerance.latest < 0:
         return []
     t = times(tolerance)[tolerance.latest]
     return [
         *IMPORTS,
-        f"# From the start {_advanced(tolerance.run, t, tolerance.latest + 1)}, at t = {t!r}:",
+        f"# From the start {_advancing_call(tolerance.run, t, tolerance.latest + 1)}, at t = "
+        f"{t!r}:",
         'tolerance = json.loads(Path(__file__).with_name("tolerance.json").read_text())',
         *(
             f'numpy.testing.assert_allclose({expression}, tolerance["expected"]["{name}"], rtol=0, '
@@ -144,8 +146,8 @@ def lines_to_paste(tolerance: Tolerance) -> list[str]:
     ]
 
 
-def _advanced(run: OwnRun, t: float, samples: int) -> str:
-    """The call that takes a user's run to one of SAMPLES times."""
+def _advancing_call(run: OwnRun, t: float, samples: int) -> str:
+    """The call that takes a user's run to the last of `samples` of its SAMPLES times, t."""
     if run.step is None:
         return f"after sim.integrate({t!r})"
     count = run.steps * samples // SAMPLES
@@ -155,7 +157,7 @@ def _advanced(run: OwnRun, t: float, samples: int) -> str:
 
 
 def rows(tolerance: Tolerance) -> pd.DataFrame:
-    """A line for each time: floors and bounds, and why there is none."""
+    """A line for each time: floors and bounds, and the reasons for missing bounds."""
     lines = []
     for k, t in enumerate(times(tolerance)):
         line: dict[str, Any] = {"t": t}
@@ -173,8 +175,8 @@ def rows(tolerance: Tolerance) -> pd.DataFrame:
 
 
 def contents(tolerance: Tolerance) -> dict[str, Any]:
-    """What tolerance.json holds: the start and the expected states in full, floors and bounds, and
-    what was compared."""
+    """The contents of tolerance.json: the start and the expected states in full, floors and bounds,
+    and the variants that were compared."""
     run = tolerance.run
     states = [{"t": t, **_state(tolerance, k)} for k, t in enumerate(times(tolerance))]
     return {
@@ -208,7 +210,7 @@ def _state(tolerance: Tolerance, sample: int) -> dict[str, Any]:
 
 
 def _rows(run: OwnRun, positions: Array, velocities: Array) -> dict[str, Any]:
-    """A state as the engine has it: with REBOUND a row for each particle."""
+    """A state in the shape of the engine's own: for REBOUND a row for each particle."""
     shape = (-1, 3) if run.package == "rebound" else (-1,)
     return {
         "positions": positions.reshape(shape).tolist(),
@@ -217,11 +219,12 @@ def _rows(run: OwnRun, positions: Array, velocities: Array) -> dict[str, Any]:
 
 
 def write_tolerance(tolerance: Tolerance, folder: Path, origin: Mapping[str, str]) -> list[Path]:
-    """Write tolerance.csv with every column, bounds as Markdown and LaTeX; returns the paths."""
+    """Write tolerance.csv with all columns, and the bounds as Markdown and LaTeX; returns the
+    paths."""
     return write_table(folder, "tolerance", rows(tolerance), bounds_table(tolerance), origin)
 
 
 def bounds_table(tolerance: Tolerance) -> pd.DataFrame:
-    """The bound of each quantity at each time, to read."""
+    """The bound of each quantity at each time."""
     table = rows(tolerance)
     return table[["t", *(f"{name}_bound" for name in QUANTITIES)]]

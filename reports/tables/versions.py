@@ -1,4 +1,4 @@
-"""Releases of an engine on a user's own run: what changed, in sentences, and a line for each."""
+"""A user's own run in releases of its engine: sentences on changes, and a line for each release."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from reports.tables.writing import write_table
 
 KINDS = {"mujoco": trees, "rebound": bodies}
 DIFFERENCES = {"positions": "position_difference", "velocities": "velocity_difference"}
-READ = (
+READABLE_COLUMNS = (
     "release",
     "order",
     "energy_change",
@@ -33,12 +33,12 @@ READ = (
 
 
 def label(run: OwnRun) -> str:
-    """The user's integrator."""
+    """The name of the user's integrator."""
     return str(KINDS[run.package].INTEGRATORS[run.integrator.lower()].name)
 
 
 def sentences(versions: Versions) -> Iterator[str]:
-    """What changed between which releases, what failed, and how far the run is from the truth."""
+    """Sentences on changes between releases, on failures, and on errors against the truth."""
     run = versions.run
     for changed, group in groupby(versions.steps, lambda step: step.changed):
         steps = list(group)
@@ -61,27 +61,27 @@ def sentences(versions: Versions) -> Iterator[str]:
 
 
 def change(step: Step, run: OwnRun) -> str:
-    """What changed between two releases, and what did not."""
+    """A sentence on the quantities that changed between two releases, and on those that did not."""
     between = f"Between {step.earlier.version} and {step.later.version}"
     if step.failure_changed:
         transition = "began to fail" if step.later.failure else "ceased to fail"
         return f"{between} your run {transition}: {step.later.failure or step.earlier.failure}"
-    parts, same = [], []
+    parts, unchanged_quantities = [], []
     before, after = step.earlier.order, step.later.order
     if step.order_changed:
         parts.append(f"the order of {label(run)} went from {before:.1f} to {after:.1f}")
     elif math.isfinite(before) and math.isfinite(after):
-        same.append("order")
+        unchanged_quantities.append("order")
     for difference in step.differences:
         if difference.is_change:
-            parts.append(_moved(difference, run))
+            parts.append(_change_text(difference, run))
         else:
-            same.append(difference.quantity)
-    unchanged = f"; the same: {', '.join(same)}" if same else ""
+            unchanged_quantities.append(difference.quantity)
+    unchanged = f"; the same: {', '.join(unchanged_quantities)}" if unchanged_quantities else ""
     return f"{between} {'; '.join(parts)}{unchanged}."
 
 
-def _moved(difference: Difference, run: OwnRun) -> str:
+def _change_text(difference: Difference, run: OwnRun) -> str:
     floors = f"{plain(difference.floors, 1)} floors"
     if difference.quantity == "accelerations":
         return f"accelerations changed by {plain(difference.relative, 2)} of their size ({floors})"
@@ -92,7 +92,9 @@ def _moved(difference: Difference, run: OwnRun) -> str:
 def _measured(versions: Versions) -> str:
     run = versions.run
     step = "steps of its own choice" if run.step is None else f"dt = {run.step:g}"
-    measured = f"Measured on your run by {label(run)}, {step}, for {run.duration:g}{_second(run)}."
+    measured = (
+        f"Measured on your run by {label(run)}, {step}, for {run.duration:g}{_time_unit(run)}."
+    )
     floors = [
         behaviour.quantities["positions"].floors
         for behaviour in versions.behaviours.values()
@@ -109,8 +111,8 @@ def _measured(versions: Versions) -> str:
     )
 
 
-def _second(run: OwnRun) -> str:
-    """The unit of time, with a space before it."""
+def _time_unit(run: OwnRun) -> str:
+    """The unit of time of a run, after a space."""
     return (
         trees.UNITS["time"]
         if run.model is None
@@ -130,18 +132,18 @@ def _errors(versions: Versions) -> Iterator[str]:
     )
     yield f"The truth is {truth.source}{confirmed}."
     unit = truth.kind.unit(truth.trajectory.problem, "length")
-    with_motion = [
+    completed = [
         behaviour for behaviour in versions.behaviours.values() if behaviour.motion is not None
     ]
     parts = []
-    for error, group in groupby(with_motion, lambda behaviour: plain(versions.error(behaviour))):
+    for error, group in groupby(completed, lambda behaviour: plain(versions.error(behaviour))):
         names = [behaviour.version for behaviour in group]
         parts.append(f"{error}{unit} in {' to '.join(dict.fromkeys((names[0], names[-1])))}")
     yield f"At its own step your run is off by up to {', '.join(parts)}."
 
 
 def rows(versions: Versions) -> pd.DataFrame:
-    """A line for each release: see docs/judge.md for the columns."""
+    """A line for each release; docs/judge.md explains the columns."""
     before = {step.later.version: step for step in versions.steps}
     return pd.DataFrame(
         [
@@ -178,7 +180,8 @@ def _row(behaviour: Behaviour, step: Step | None, versions: Versions) -> dict[st
 
 
 def _from_newest(behaviour: Behaviour, newest: Behaviour) -> float:
-    """The largest relative difference of accelerations at a state from the installed release's."""
+    """The largest relative difference of accelerations, over all states, from those of the
+    installed release; NaN if either is unknown."""
     if behaviour.quantities is None or newest.quantities is None:
         return math.nan
     accelerations, reference = (
@@ -191,7 +194,7 @@ def _from_newest(behaviour: Behaviour, newest: Behaviour) -> float:
 
 
 def changes(versions: Versions) -> list[dict[str, Any]]:
-    """What changed, an entry for each quantity and two releases."""
+    """The changes: an entry for each pair of successive releases and each changed quantity."""
     entries: list[dict[str, Any]] = []
     for step in versions.steps:
         between = {"earlier": step.earlier.version, "later": step.later.version}
@@ -216,7 +219,8 @@ def changes(versions: Versions) -> list[dict[str, Any]]:
 
 
 def truth_facts(versions: Versions) -> dict[str, Any]:
-    """The truth: its source, what confirms it, and to what; or why there is none."""
+    """The source of the truth, the source that confirms it, and their distance; or the reason why
+    there is no truth."""
     truth = versions.truth
     if truth is None:
         return {"without": versions.reason_without_truth}
@@ -224,6 +228,7 @@ def truth_facts(versions: Versions) -> dict[str, Any]:
 
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:
-    """Write versions.csv with every column, and as Markdown and LaTeX; returns the paths."""
+    """Write versions.csv with all columns, and columns READABLE_COLUMNS as Markdown and LaTeX;
+    returns the paths."""
     table = rows(versions)
-    return write_table(folder, "versions", table, table[list(READ)], origin)
+    return write_table(folder, "versions", table, table[list(READABLE_COLUMNS)], origin)

@@ -1,7 +1,7 @@
 """Write a table as CSV in full precision, and as readable Markdown and LaTeX.
 
-A text that a spreadsheet would run, or that has control characters, is harmless in CSV and in
-Markdown as `benchmarks.store.foreign_texts` says, and in LaTeX by `escape`.
+Texts that a spreadsheet would run, and control characters, are made harmless in CSV and Markdown by
+`benchmarks.store.foreign_texts`, and in LaTeX by `escape`.
 """
 
 from __future__ import annotations
@@ -29,21 +29,22 @@ def write_table(
     folder: Path,
     name: str,
     table: pd.DataFrame,
-    read: pd.DataFrame | None = None,
+    readable: pd.DataFrame | None = None,
     origin: Mapping[str, str] | None = None,
     caption: str = "",
 ) -> list[Path]:
-    """Write name.csv from `table`; name.md and name.tex from `read`, by default `table`; returns
-    the paths.
+    """Write name.csv from `table`, and name.md and name.tex from `readable`; returns the paths.
 
     Parameters
     ----------
+    read
+        the table for readers; None for `table`
     origin
-        where the rows come from, for the caption of name.tex
+        origin of the rows, for the caption of name.tex
     caption
-        that of name.tex without an origin
+        caption of name.tex, used if there is no origin
     """
-    shown = table if read is None else read
+    shown = table if readable is None else readable
     caption = caption_of(name, origin) if origin else caption
     return [
         write(folder / f"{name}.csv", as_csv(table)),

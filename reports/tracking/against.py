@@ -1,4 +1,4 @@
-"""`track --against REV`: run base and head alternately, and tell whether the head got worse."""
+"""`track --against REV`: run base and head alternately, and assess whether the head got worse."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import Truth, assess, suspects
 from reports.tracking.outcome import Outcome
 from reports.tracking.rounds import Pair, interleave, long_runs, run_pairs
-from reports.tracking.together import FURTHER, judge_together, suspected
-from reports.tracking.worker import SECONDS, Worker
+from reports.tracking.together import FURTHER_ROUNDS, judge_together, suspected
+from reports.tracking.worker import ANSWER_SECONDS, Worker
 
-YARDSTICKS = 3  # samples before and after, as of `make bench`
+# Samples of the yardstick before the first round and after it, as in `make bench`:
+YARDSTICK_SAMPLES = 3
 
 
 def compare(
@@ -25,23 +26,24 @@ def compare(
     head: Checkout,
     cases: Sequence[Case],
     studies: Any,
-    limit: float = SECONDS,
+    limit: float = ANSWER_SECONDS,
 ) -> Outcome:
-    """Make the first calls and one round of samples of all benchmarks, then further rounds, each in
-    fresh processes, since the memory layout of a process alone can cost percents.
+    """Compare base and head in several rounds of samples, each in fresh processes, since the memory
+    layout of a process can change times by percents.
 
-    The first of them runs all benchmarks, and later ones those whose result depended on the
-    process. It takes samples of those that looked slower, and later ones of the integrators that
-    look slower by all of their benchmarks together while none of these is by its own times.
+    The first round makes the first calls, and samples all benchmarks. The second one repeats all
+    repeatable benchmarks, and samples those that looked slower; later ones repeat those whose
+    result depended on the process, and sample the integrators that look slower by all of their
+    benchmarks together, but by none of them alone.
 
     Parameters
     ----------
     studies
         (name, title) -> a context that yields a progress callback
     limit
-        seconds for each answer of a side; after two that miss it, the side is not asked again
+        seconds for each answer of a side; after two timeouts a side is not asked again
     """
-    count = YARDSTICKS if any(case.contender for case in cases) else 0
+    count = YARDSTICK_SAMPLES if any(case.contender for case in cases) else 0
     pairs = [Pair(case) for case in cases]
     with Worker(base, limit) as base_worker, Worker(head, limit) as head_worker:
         workers = {"base": base_worker, "head": head_worker}
@@ -54,7 +56,7 @@ def compare(
         with studies("track", "further rounds") as report:
             repeatable = [pair for pair in pairs if pair.repeatable]
             slow = suspects(pairs, 0) | suspected(pairs)
-            for _ in range(FURTHER):
+            for _ in range(FURTHER_ROUNDS):
                 for worker in workers.values():
                     worker.stop()  # the next process has another memory layout
                 run_pairs(workers, repeatable, report, further=True)
@@ -66,8 +68,8 @@ def compare(
     with studies("track", "truths") as report:
         truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}
     findings = assess([*pairs, *long], truths)
-    middle = statistics.median(seconds) if seconds else math.nan
-    return Outcome(base.name, head.name, findings, judge_together(pairs), middle)
+    yardstick_seconds = statistics.median(seconds) if seconds else math.nan
+    return Outcome(base.name, head.name, findings, judge_together(pairs), yardstick_seconds)
 
 
 def _truth(case: Case) -> Truth:

@@ -1,7 +1,7 @@
-"""Benches, as pytest-benchmark stores them: those of `make bench`, and one for each comparison of
-another project's integrators, whose times are those of the head's first round of samples.
+"""Benches in the format of pytest-benchmark: of `make bench`, and of each comparison of another
+project's integrators, with the times of the head's first round of samples.
 
-The yardstick was timed beside both, see `benchmarks.statistics.calibration`.
+Each has the time of the yardstick, see `benchmarks.statistics.calibration`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,13 @@ from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import Finding
 from reports.tracking.outcome import Outcome
 
-PLACE = ("machine", "python", "numba", "numpy", "yardstick")  # times of others do not compare
+PLACE_COLUMNS = (
+    "machine",
+    "python",
+    "numba",
+    "numpy",
+    "yardstick",
+)  # times compare only if all are equal
 COLUMNS = (
     "file",
     "date",
@@ -33,17 +39,17 @@ COLUMNS = (
     "problem",
     "quantity",
     "value",
-    *PLACE,
+    *PLACE_COLUMNS,
     "status",
     "error_tolerance",
 )
 TIME, SECONDS, YARDSTICK, ERROR = "time over yardstick", "seconds", "yardstick seconds", "error"
-FIRST = "first call [s]"  # of a benchmark, compiling or loading what is compiled
-START_UP = (FIRST, "import [s]", "cold start [s]", "memory [MiB]")
+FIRST_CALL = "first call [s]"  # of a benchmark; it compiles kernels or loads compiled ones
+START_UP = (FIRST_CALL, "import [s]", "cold start [s]", "memory [MiB]")
 
 
 def store_bench(outcome: Outcome, head: Checkout, folder: Path) -> None:
-    """Store the head of a comparison; nothing where no yardstick or no benchmark was timed."""
+    """Store a bench of the head of a comparison, if the yardstick and a benchmark were timed."""
     timed = [finding for finding in outcome.findings if finding.pair.timed]
     if not timed or not math.isfinite(outcome.yardstick):
         return
@@ -92,10 +98,15 @@ def _bench(finding: Finding, yardstick: float) -> Metadata:
 
 
 def read_history(folder: Path, tell: Callable[[str], None] = print) -> pd.DataFrame:
-    """A row for each stored bench, benchmark and quantity, ordered by date.
+    """A table with a row for each stored bench, benchmark and quantity, ordered by date.
 
-    quantity  TIME, SECONDS (median), YARDSTICK, ERROR, one of START_UP, or the name of a count
-    tell      called with a sentence for each unreadable file, which is omitted
+    The quantity is TIME, SECONDS (the median), YARDSTICK, ERROR, a name in START_UP, or the name of
+    a count.
+
+    Parameters
+    ----------
+    tell
+        called with a sentence for each unreadable file, which is omitted
     """
     rows: list[dict[str, Any]] = []
     storage = FileStorage(folder, SimpleNamespace(warning=tell)) if folder.is_dir() else None
@@ -121,7 +132,7 @@ def _rows(file: str, content: dict[str, Any]) -> Iterator[dict[str, Any]]:
     for bench in content["benchmarks"]:
         extra, median = bench["extra_info"], bench["stats"]["median"]
         versions, yardstick = extra.get("versions", {}), extra.get("yardstick", {})
-        named = run | {
+        bench_fields = run | {
             "benchmark": _without_test(bench["name"]),
             "kind": extra.get("kind", "other"),
             "problem": extra.get("problem", ""),
@@ -132,16 +143,16 @@ def _rows(file: str, content: dict[str, Any]) -> Iterator[dict[str, Any]]:
             "error_tolerance": extra.get("error_tolerance", 0.01),
         }
         seconds = yardstick.get("seconds")
-        beside = {YARDSTICK: seconds, TIME: median / seconds} if seconds else {}
-        values = {SECONDS: median, **beside, **extra.get("counts", {})}
-        values |= {FIRST: extra.get("first_call"), **extra.get("start_up", {})}
+        yardstick_values = {YARDSTICK: seconds, TIME: median / seconds} if seconds else {}
+        values = {SECONDS: median, **yardstick_values, **extra.get("counts", {})}
+        values |= {FIRST_CALL: extra.get("first_call"), **extra.get("start_up", {})}
         values[ERROR] = extra.get("error")
         for quantity, value in values.items():
             if value is not None:
-                yield named | {"quantity": quantity, "value": float(value)}
+                yield bench_fields | {"quantity": quantity, "value": float(value)}
 
 
 def _without_test(name: str) -> str:
-    """The parameters in a test's name, or its words when it has none."""
+    """The parameters in a test's name; for a name without parameters, its words."""
     test, bracket, parameters = name.partition("[")
     return parameters.removesuffix("]") if bracket else test.removeprefix("test_").replace("_", " ")

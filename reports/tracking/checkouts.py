@@ -1,8 +1,9 @@
-"""Two copies of a repository in temporary folders: a revision, the base, and the working tree, the
-head. Edits during a comparison have no effect on them.
+"""Temporary copies of a repository: the base, a revision, and the head, the working tree.
 
-Of galvi's own, each has its own kernel cache, initially a copy of the working tree's; galvi loads
-only kernels compiled from identical sources.
+Edits during a comparison do not affect them.
+
+Copies of galvi's repository have kernel caches of their own, which begin as copies of the working
+tree's; galvi loads only kernels that were compiled from identical sources.
 """
 
 from __future__ import annotations
@@ -38,15 +39,15 @@ class Checkout:
     Attributes
     ----------
     folder
-        of the copy
+        folder of the copy
     commit
-        in full
+        full hash
     changed
-        whether it is not exactly that commit
+        whether the copy differs from that commit
     places
-        where Python imports from; () for the folder alone
+        folders from which Python imports; () for `folder` alone
     python
-        interpreter to run it with
+        path of the interpreter to run it with
     """
 
     folder: Path
@@ -57,17 +58,18 @@ class Checkout:
 
     @property
     def name(self) -> str:
-        """For messages, e.g. "a1b2c3d4e5f6"."""
+        """The name in messages: 12 digits of the hash, with a remark on a changed working tree."""
         digits = self.commit[:12]
         return f"the working tree ({digits} with changes)" if self.changed else digits
 
 
 @contextmanager
 def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
-    """The revision and the working tree of galvi's repository at root; both are removed afterwards.
+    """Copies of the revision and of the working tree of galvi's repository at root, which are
+    removed with the context.
 
-    Raises CannotCompare for a revision that git does not know, for one without galvi, and when the
-    current folder belongs to another repository, whose HEAD would be mistaken for galvi's.
+    Raises CannotCompare for a revision that git does not know, for one without galvi, and if the
+    current folder is in another repository, whose HEAD would be mistaken for galvi's.
     """
     top, current = top_of(root), top_of(Path.cwd())
     if top is None or top != current:
@@ -88,11 +90,11 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
 
 @contextmanager
 def project_checkouts(revision: str, folder: Path) -> Iterator[tuple[Checkout, Checkout]]:
-    """As `checkouts`, for the repository around a folder.
+    """As `checkouts`, for the repository that contains a folder.
 
-    Python imports galvi from where it is, and else from this folder, the repository's root and a
-    ``src`` in either, as copied. Raises CannotCompare outside of a repository, and for a revision
-    that git does not know.
+    Python imports galvi from its present location, and other modules from the copies of this
+    folder, of the repository's root, and of a ``src`` in either. Raises CannotCompare outside of a
+    repository, and for a revision that git does not know.
     """
     top = top_of(folder)
     if top is None:
@@ -133,12 +135,12 @@ def _copies(revision: str, top: Path) -> Iterator[tuple[Checkout, Checkout]]:
         # What a run leaves, such as its output and compiled modules, is no change of the code.
         new_modules = git(top, "ls-files", "--others", "--exclude-standard", "--", "*.py")
         changed = bool(git(top, "status", "--porcelain", "--untracked-files=no") or new_modules)
-        latest = git(top, "rev-parse", "HEAD").decode().strip()
-        yield Checkout(base, commit.decode()), Checkout(head, latest, changed)
+        head_commit = git(top, "rev-parse", "HEAD").decode().strip()
+        yield Checkout(base, commit.decode()), Checkout(head, head_commit, changed)
 
 
 def copy_working_tree(top: Path, folder: Path) -> None:
-    """Copy the files that git knows, or would: neither ignored nor removed."""
+    """Copy the files that git tracks or would add; removed and ignored files are left out."""
     listed = git(top, "ls-files", "-z", "--cached", "--others", "--exclude-standard").decode()
     for name in filter(None, listed.split("\0")):
         if (top / name).is_file():
@@ -147,18 +149,18 @@ def copy_working_tree(top: Path, folder: Path) -> None:
 
 
 def copy_kernels(root: Path, folder: Path) -> None:
-    """Copy galvi's compiled kernels; another process may remove some of them meanwhile."""
+    """Copy galvi's compiled kernels, except those that another process removes meanwhile."""
     for cache in (root / PACKAGE).rglob(KERNELS):
-        to = folder / cache.relative_to(root)
-        if to.parent.parent.is_dir():
+        target = folder / cache.relative_to(root)
+        if target.parent.parent.is_dir():
             with suppress(OSError):  # shutil.Error is one
-                shutil.copytree(cache, to, dirs_exist_ok=True)
+                shutil.copytree(cache, target, dirs_exist_ok=True)
 
 
 def isolated(checkout: Checkout) -> Checkout:
-    """The checkout with the Python of a new virtual environment in its folder.
+    """The checkout, installed in a new virtual environment in its folder, with the Python of that.
 
-    Raises CannotCompare when the installation fails.
+    Raises CannotCompare if the installation fails.
     """
     environment = checkout.folder / "environment"
     python = str(interpreter_in(environment))
@@ -185,9 +187,9 @@ def top_of(folder: Path) -> Path | None:
 
 
 def git(folder: Path, *arguments: str, **variables: str) -> bytes:
-    """What git prints, with these environment variables besides those of this process.
+    """Run git in a folder, with `variables` added to the environment; returns its output.
 
-    Raises CannotCompare without git, CalledProcessError where git fails.
+    Raises CannotCompare if git is not installed, and CalledProcessError if it fails.
     """
     command, environment = ["git", *arguments], os.environ | variables
     try:

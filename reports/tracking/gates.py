@@ -1,8 +1,8 @@
-"""Gates of a comparison: failed runs, other bits in a second run or process, grown counts, errors
-or memory, times slower by rank and size.
+"""The gates of a comparison: failed runs, results that are not deterministic, grown counts, errors
+or memory, and times that are slower by a rank test and by their size.
 
-A problem that differs between the sides is an alarm too: references solve the head's problem, so a
-wrong force in it would be in the truth as well, and the base would look wrong.
+A problem that differs between the sides is an alarm, too: references solve the head's problem, so
+that a wrong force would also be in the truth, and the base would look wrong.
 """
 
 from __future__ import annotations
@@ -22,29 +22,40 @@ from reports.tracking.rounds import FURTHER_PROCESSES, SECOND, SIDES, Pair
 FAILS, PROBLEM, REPEATS, COUNTS = "status", "problem", "not deterministic", "counts"
 ERROR, MEMORY, TIME = "error", "memory", "time"
 GATES = (FAILS, PROBLEM, REPEATS, COUNTS, ERROR, MEMORY, TIME)
-NOTE = "note"  # not a gate: its sentences are not alarms
-SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
-LEAK, PEAK = 4.0, 50.0  # MB more that a call leaves in memory, or needs meanwhile, which count
-CALLS = 2  # of the worker from one of its answers on the memory to the next
-# Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
-ROUNDED, CANCELLED = 1e-9, 1e-13
+NOTE = "note"  # in place of a gate, for sentences that are not alarms
+WORK_COUNTS = ("steps",)  # counts of the requested work, not of its cost
+MAX_LEAK_MB = 4.0  # MB that a call may leave in memory beyond those of the base
+MAX_PEAK_MB = 50.0  # MB that a call may need beyond those of the base
+CALLS_BETWEEN_ANSWERS = 2  # calls of the worker between two of its answers on the memory
+# Tolerances for rounding in a problem's functions:
+RELATIVE_TOLERANCE = 1e-9  # relative to the number itself
+TOLERANCE_OF_LARGEST = 1e-13  # relative to the largest of the numbers
 
 Truth = Sequence[np.ndarray] | str  # the exact end states, or the reason why they are unknown
-Sentences = Iterator[tuple[str, str]]  # with the gate of each, or NOTE
+Sentences = Iterator[tuple[str, str]]  # (gate or NOTE, sentence)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One benchmark: its numbers on both sides, and what got worse. NaN where unknown.
+    """The result of a benchmark. Unknown numbers are NaN.
 
-    errors  of base and head against the truth
-    moved   largest difference of a number of the end, a coordinate or, of an integrator of a
-            project, a momentum; 0 when bit-identical
-    growth  relative growth of the median time in the first round
-    p       probability that equal code looks this much slower
-    visible smallest relative growth of times that would have counted in the first round
-    alarms  gate -> sentence
-    notes   sentences that are not alarms
+    Attributes
+    ----------
+    errors
+        errors of base and head against the truth
+    moved
+        largest difference of the final states: of a coordinate, or, for an integrator of a
+        project, also of a momentum; 0 if they are bit-identical
+    growth
+        relative growth of the median time in the first round
+    p
+        probability that equal code looks at least this much slower
+    visible
+        smallest relative growth of times that would be detected in the first round
+    alarms
+        gate -> sentence on what got worse
+    notes
+        sentences that are not alarms
     """
 
     pair: Pair
@@ -63,19 +74,20 @@ class Finding:
 
     @property
     def compared(self) -> bool:
-        """Whether both sides ran it, the base to its end, or the head should have."""
+        """Whether both sides ran the benchmark, the base to its end, or there is an alarm."""
         return (self.pair.complete and self.pair.reached["base"]["success"]) or bool(self.alarms)
 
 
-def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
-    """Names of the benchmarks whose head is slower, by rank and size, in round `at` of samples."""
-    timed = [pair for pair in pairs if pair.timed and len(pair.rounds) > at]
-    samples = {pair.case.name: pair.samples(at) for pair in timed}
+def suspects(pairs: Iterable[Pair], round_index: int) -> set[str]:
+    """Names of the benchmarks that are slower in the head, by a rank test and by size, in round
+    `at` of the samples."""
+    timed = [pair for pair in pairs if pair.timed and len(pair.rounds) > round_index]
+    samples = {pair.case.name: pair.samples(round_index) for pair in timed}
     return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
 
 
 def assess(pairs: Sequence[Pair], truths: Mapping[str, Truth]) -> tuple[Finding, ...]:
-    """A finding for each pair; truths are by the names of the benchmarks."""
+    """A finding for each pair; `truths` maps the names of the benchmarks to their truths."""
     slow = (suspects(pairs, 0), suspects(pairs, 1))
     timed = sum(pair.timed for pair in pairs)
     return tuple(_finding(pair, truths[pair.case.name], slow, timed) for pair in pairs)
@@ -131,20 +143,23 @@ def _repeats(pair: Pair) -> Sentences:
 
 
 def _memory(pair: Pair) -> Sentences:
-    """What a second run leaves in memory: neither compilation nor what other benchmarks took."""
+    """Sentences on the memory of a second run, which neither compilation nor other benchmarks
+    affect."""
     if not pair.complete or pair.first_calls == 1:
         return
     runs = [pair.runs[side][:2] for side in SIDES]
-    left, head_left = ((second["memory"] - first["memory"]) / 1e6 / CALLS for first, second in runs)
-    peak, head_peak = (second["need"] / 1e6 for _, second in runs)
-    if head_left > max(left, 0.0) + LEAK:
-        yield MEMORY, f"Each run leaves {head_left:.0f} MB in memory, up from {left:.0f} MB."
-    elif head_peak > peak + PEAK:
-        yield MEMORY, f"A run needs up to {head_peak:.0f} MB, up from {peak:.0f} MB."
+    base_leak, head_leak = (
+        (second["memory"] - first["memory"]) / 1e6 / CALLS_BETWEEN_ANSWERS for first, second in runs
+    )
+    base_peak, head_peak = (second["need"] / 1e6 for _, second in runs)
+    if head_leak > max(base_leak, 0.0) + MAX_LEAK_MB:
+        yield MEMORY, f"Each run leaves {head_leak:.0f} MB in memory, up from {base_leak:.0f} MB."
+    elif head_peak > base_peak + MAX_PEAK_MB:
+        yield MEMORY, f"A run needs up to {head_peak:.0f} MB, up from {base_peak:.0f} MB."
 
 
 def _ends(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
-    """What the runs of both sides reached."""
+    """Sentences on settings, failures, problems, counts and errors of the runs of both sides."""
     if not pair.complete:
         return
     base, head = (pair.reached[side] for side in SIDES)
@@ -171,7 +186,7 @@ def _ends(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
-    """Names of the worker's `probed` values that both sides have and that differ."""
+    """Names of the worker's `probed` values that differ; those of one side alone are ignored."""
     return [name for name in base if name in head and _differ(base[name], head[name])]
 
 
@@ -179,24 +194,26 @@ def _differ(base: Sequence[float], head: Sequence[float]) -> bool:
     if np.shape(base) != np.shape(head):
         return True
     largest = np.max(np.abs(base), where=np.isfinite(base), initial=0.0)
-    return not np.allclose(head, base, ROUNDED, CANCELLED * largest, equal_nan=True)
+    return not np.allclose(
+        head, base, RELATIVE_TOLERANCE, TOLERANCE_OF_LARGEST * largest, equal_nan=True
+    )
 
 
 def _counts(base: Mapping[str, int], head: Mapping[str, int], tolerance: float) -> Sentences:
-    if lacking := sorted(head.keys() ^ base.keys()):
-        yield NOTE, f"Only one side reports {_named(lacking)}, which cannot be compared."
+    if one_sided := sorted(head.keys() ^ base.keys()):
+        yield NOTE, f"Only one side reports {_named(one_sided)}, which cannot be compared."
     grown = []
-    for name in head.keys() & base.keys() - set(SAME_WORK):
+    for name in head.keys() & base.keys() - set(WORK_COUNTS):
         if head[name] > base[name] * (1.0 + tolerance):
-            share = f" (+{100 * (head[name] / base[name] - 1):.2g} %)" if base[name] else ""
-            grown.append(f"{_named([name])} rose from {base[name]} to {head[name]}{share}")
+            growth_text = f" (+{100 * (head[name] / base[name] - 1):.2g} %)" if base[name] else ""
+            grown.append(f"{_named([name])} rose from {base[name]} to {head[name]}{growth_text}")
     if grown:
         yield COUNTS, f"{capital('; '.join(sorted(grown)))}."
 
 
 def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
     base, head = errors
-    allowed = pair.case.tolerated(base)
+    tolerated = pair.case.tolerated(base)
     finite = {side: np.isfinite(pair.reached[side]["ends"]).all() for side in SIDES}
     if not finite["base"]:
         yield NOTE, "The base's final state is not finite, so errors cannot be compared."
@@ -206,10 +223,10 @@ def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
         yield NOTE, f"Its error is unknown: {truth}"
     elif math.isnan(base):
         yield ERROR, "The head's final state has another shape than the base's."
-    elif not head <= allowed:
+    elif not head <= tolerated:
         sentence = (
             f"The error rose from {plain(base)} to {plain(head) or 'infinity'}, which is more "
-            f"than the {plain(allowed)} tolerated."
+            f"than the {plain(tolerated)} tolerated."
         )
         yield ERROR, sentence
 
@@ -217,8 +234,8 @@ def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
 def _times(pair: Pair, growth: float, p: float, slow: tuple[set[str], set[str]]) -> Sentences:
     name, text = pair.case.name, f"{100 * growth:.1f} % slower (p = {plain(p, 2)})"
     if name in slow[0] and name in slow[1]:
-        again = relative_growth(*pair.samples(1))
-        yield TIME, f"It is {text}, and {100 * again:.1f} % in a second round."
+        second_growth = relative_growth(*pair.samples(1))
+        yield TIME, f"It is {text}, and {100 * second_growth:.1f} % in a second round."
     elif name in slow[0]:
         yield NOTE, f"It looked {text}; a second round did not confirm it."
 

@@ -8,15 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from reports.results.metrics import Metric
-from reports.tracking.gates import SAME_WORK
+from reports.tracking.gates import WORK_COUNTS
 from reports.tracking.outcome import Outcome
 
 
 def head_metrics(outcome: Outcome) -> Iterator[Metric]:
     """Times, errors and counts of each benchmark that the head ran to its end.
 
-    A time is the median of the first round, and its spread half the distance between the quartiles.
-    It is also given as a multiple of the yardstick, since runners differ in speed.
+    A time is the median of the first round, with half the interquartile range as its spread. It is
+    also given as a multiple of the yardstick's, since runners differ in speed.
     """
     for finding in outcome.findings:
         head = finding.pair.reached.get("head")
@@ -28,9 +28,11 @@ def head_metrics(outcome: Outcome) -> Iterator[Metric]:
             spread = (high - low) / 2.0
             yield Metric(finding.name, "latency", 1e9 * median, "ns", 1e9 * spread)
             if math.isfinite(outcome.yardstick):
-                relative, wide = median / outcome.yardstick, spread / outcome.yardstick
-                yield Metric(finding.name, "time over yardstick", relative, "yardsticks", wide)
+                relative, relative_spread = median / outcome.yardstick, spread / outcome.yardstick
+                yield Metric(
+                    finding.name, "time over yardstick", relative, "yardsticks", relative_spread
+                )
         yield Metric(finding.name, "error", float(finding.errors[1]))
         for name, count in head["counts"].items():
-            if name not in SAME_WORK:
+            if name not in WORK_COUNTS:
                 yield Metric(finding.name, name.replace("_", " "), float(count))

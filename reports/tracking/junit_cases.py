@@ -16,7 +16,7 @@ from reports.tracking.together import Together
 
 
 def as_junit(outcome: Outcome, cases: Sequence[JUnitCase], title: str) -> str:
-    """A JUnit file of the cases.
+    """The text of a JUnit file with the cases.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def as_junit(outcome: Outcome, cases: Sequence[JUnitCase], title: str) -> str:
 
 
 def junit_cases(outcome: Outcome) -> list[JUnitCase]:
-    """A case for each benchmark and gate, and for the times of each integrator together."""
+    """A case for each benchmark and gate, and one for all times of each integrator together."""
     cases = [
         replace(
             _case(finding, gate, _compared(finding, gate), _measured(finding, gate)),
@@ -65,7 +65,7 @@ def _case(
 
 
 def _measured(finding: Finding, gate: str) -> dict[str, str]:
-    """What a gate compares, as texts by their names; "" where unknown."""
+    """Name -> text of the numbers that a gate compares; "" for an unknown number."""
     pair, case = finding.pair, finding.pair.case
     if gate == ERROR:
         base, head = finding.errors

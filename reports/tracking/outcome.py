@@ -1,4 +1,4 @@
-"""What a comparison of two commits comes to."""
+"""The outcome of a comparison of two commits, as a sentence, a table, Markdown and JSON."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import asdict, dataclass
 import pandas as pd
 
 from benchmarks.statistics.rank_test import GROWTHS, POWER, SIGNIFICANCE
-from reports.results.summary import many
+from reports.results.summary import count_of
 from reports.tables.writing import as_markdown
-from reports.tracking.gates import LEAK, NOTE, PEAK, Finding
+from reports.tracking.gates import MAX_LEAK_MB, MAX_PEAK_MB, NOTE, Finding
 from reports.tracking.rounds import SIDES
 from reports.tracking.together import Together
 
-LARGEST_GROWTH = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_visible` tries
+LARGEST_GROWTH = 100 * GROWTHS[-1]  # percent; the largest growth that `smallest_visible` tries
 LEGEND = f"""
 - **time**: growth of the median processor time; samples of base and head are taken in turn. A time
   is worse when p is below {SIGNIFICANCE} after Holm's correction and the growth exceeds the
@@ -30,20 +30,21 @@ LEGEND = f"""
   means bit-identical.
 - **not deterministic**: each side runs twice in one process, and once or more in others. The head's
   results must be bit-identical where the base's are.
-- **memory**: a second run may leave {LEAK:.0f} MB and need {PEAK:.0f} MB more than the base's.
+- **memory**: a second run may leave {MAX_LEAK_MB:.0f} MB and need {MAX_PEAK_MB:.0f} MB
+  more than the base's.
 """.strip()
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Names of base and head, and a finding for each benchmark.
+    """The outcome of a comparison: names of base and head, and a finding for each benchmark.
 
     Attributes
     ----------
     together
-        the times of each integrator's benchmarks together, where it is not galvi
+        for each integrator other than galvi, the times of all its benchmarks together
     yardstick
-        seconds of the fixed workload, timed beside the first round; NaN where it was not
+        seconds of the fixed workload, timed before and after the first round; NaN if it was not
     """
 
     base: str
@@ -54,16 +55,16 @@ class Outcome:
 
     @property
     def assessed(self) -> tuple[Finding | Together, ...]:
-        """The findings, and the times together: each has a name, alarms and notes."""
+        """The findings and `together`; each of them has a name, alarms and notes."""
         return (*self.findings, *self.together)
 
     @property
-    def red(self) -> bool:
-        """Whether anything got worse."""
+    def has_alarms(self) -> bool:
+        """Whether there is an alarm."""
         return any(item.alarms for item in self.assessed)
 
     @property
-    def worse(self) -> tuple[Finding, ...]:
+    def alarming(self) -> tuple[Finding, ...]:
         """The findings with an alarm."""
         return tuple(finding for finding in self.findings if finding.alarms)
 
@@ -74,7 +75,7 @@ class Outcome:
 
     @property
     def new(self) -> list[str]:
-        """Integrators of a project that the base lacks, or that the head mends."""
+        """Integrators of a project that only the head can run."""
         pairs = [finding.pair for finding in self.findings]
         names = dict.fromkeys(pair.case.contender for pair in pairs)
         runs = {pair.case.contender for pair in pairs if set(pair.why) != {"base"}}
@@ -82,15 +83,17 @@ class Outcome:
 
     def __str__(self) -> str:
         head = self.head.replace("the working", "The working", 1)
-        benchmarks = many(self.compared, "benchmark")
+        benchmarks = count_of(self.compared, "benchmark")
         missing = len(self.findings) - self.compared
         if not self.compared:
             sentences = [f"Nothing of {self.head} could be compared with {self.base}."]
-        elif self.worse:
-            named = ", ".join(f"{worse.name} ({', '.join(worse.alarms)})" for worse in self.worse)
-            count = f"{len(self.worse)} of {benchmarks}"
+        elif self.alarming:
+            named = ", ".join(
+                f"{worse.name} ({', '.join(worse.alarms)})" for worse in self.alarming
+            )
+            count = f"{len(self.alarming)} of {benchmarks}"
             sentences = [f"{head} is worse than {self.base} in {count}: {named}."]
-        elif self.red:
+        elif self.has_alarms:
             sentences = [f"{head} is slower than {self.base} in {benchmarks} taken together."]
         else:
             sentences = [
@@ -108,13 +111,13 @@ class Outcome:
         return " ".join(sentences)
 
     def _power(self) -> str:
-        """What growth of times could have been detected, as a clause."""
+        """A clause on the growth of times that could have been detected; "" if no time was."""
         sizes = pd.Series([finding.visible for finding in self.findings]).dropna()
         ends = dict.fromkeys(map(growth_in_words, (sizes.min(), sizes.max()) if len(sizes) else ()))
         return f" (smallest detectable growth of a time: {' to '.join(ends)})" if ends else ""
 
     def table(self) -> pd.DataFrame:
-        """A row for each benchmark, the worse ones first; NaN where unknown."""
+        """A row for each benchmark, those with alarms first; unknown numbers are NaN."""
         ranked = sorted(self.findings, key=lambda finding: not finding.alarms)
         rows = pd.DataFrame([_row(finding) for finding in ranked])
         return rows.replace(math.inf, f"> {LARGEST_GROWTH:.0f}")
@@ -139,10 +142,10 @@ def summary(outcome: Outcome, provenance: Mapping[str, str]) -> str:
 
 
 def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
-    """Everything as JSON, including raw samples; null where unknown."""
+    """The outcome as JSON, including raw samples; unknown numbers are null."""
     content = {
         "verdict": str(outcome),
-        "worse": outcome.red,
+        "worse": outcome.has_alarms,
         "base": outcome.base,
         "head": outcome.head,
         "provenance": dict(provenance),
@@ -175,5 +178,5 @@ def _row(finding: Finding) -> dict[str, object]:
 
 
 def growth_in_words(size: float) -> str:
-    """A relative growth in percent, as far as such growths were tried."""
+    """A relative growth in percent; "more than ..." for infinity."""
     return f"more than {LARGEST_GROWTH:.0f} %" if math.isinf(size) else f"{100 * size:.0f} %"

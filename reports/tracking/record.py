@@ -1,4 +1,4 @@
-"""`track`: the history of benches as a tidy file, pictures and tables of each machine."""
+"""`track`: the history of benches as a tidy file, and as pictures and tables for each machine."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from benchmarks.store.cells import as_csv
 from reports.figures.picture import Picture, picture, slug, write_files
 from reports.figures.track_record import track_record
 from reports.results.section import Figure
-from reports.results.summary import many
+from reports.results.summary import count_of
 from reports.tables.number_format import plain
 from reports.tracking.benches import (
     ERROR,
-    PLACE,
+    PLACE_COLUMNS,
     SECONDS,
     START_UP,
     TIME,
@@ -28,11 +28,11 @@ from reports.tracking.benches import (
 )
 
 STORE = "benchmarks"  # subfolder of the report
-PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks with a picture
+PICTURED_KINDS = ("step", "trajectory", "round-off")  # kinds of benchmarks that have a picture
 PANELS = (TIME, "iterations", ERROR)
 RELATIVE = "time, relative"
-ENOUGH = 2 * change_points.FEWEST_POINTS  # benches, for a change of level to be seen
-BENCH = ["date", "file", "commit"]
+MIN_BENCHES = 2 * change_points.FEWEST_POINTS  # smallest number of benches that can show a change
+BENCH_COLUMNS = ["date", "file", "commit"]
 TEXT = (
     "Times are medians of processor time, divided by those of a fixed workload, the yardstick, "
     "timed just before and after, so that a busy machine does not look slower. Only benchmark runs "
@@ -44,19 +44,19 @@ TEXT = (
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """One machine and its versions.
+    """The benches of one machine with one set of versions.
 
     Attributes
     ----------
     benches
         number of benches
     rows
-        the last run of each benchmark, its time relative to the median of earlier ones
+        the last run of each benchmark, with its time relative to the median of earlier runs
     commits
-        each bench: median over the benchmarks of their time over their own median, and of what a
-        first call and a fresh process cost
+        a row for each bench: medians, over the benchmarks, of their times relative to each one's
+        own median, and of the quantities START_UP
     extremes
-        a sentence on the slowest and the fastest commit, "" for a single bench
+        a sentence on the slowest and the fastest commit; "" for fewer than two benches with times
     changes
         sentences on changes of level
     """
@@ -72,7 +72,7 @@ class Place:
 
 @dataclass(frozen=True)
 class History:
-    """The stored benches of each machine; text says how they are compared."""
+    """The stored benches of each machine; `text` explains how they are compared."""
 
     text: str
     places: tuple[Place, ...]
@@ -80,11 +80,14 @@ class History:
 
 
 def history(out: Path) -> History | None:
-    """The benches below `out`; None without any. Writes history.csv and the pictures."""
+    """Read the benches below `out`, and write history.csv and the pictures.
+
+    Returns None if there are neither benches nor unreadable files.
+    """
     sentences: list[str] = []
     table = read_history(out / STORE, sentences.append)
     write(out / "history.csv", as_csv(table))
-    groups = table.groupby(list(PLACE), sort=False)
+    groups = table.groupby(list(PLACE_COLUMNS), sort=False)
     places = tuple(
         _record_of_machine(key, rows, k) for k, (key, rows) in enumerate(groups, start=1)
     )
@@ -103,21 +106,21 @@ def _record_of_machine(key: tuple[str, ...], rows: pd.DataFrame, number: int) ->
     machine, python, numba, numpy, yardstick = key
     last, changes, pictures = [], [], []
     for benchmark, runs in rows.groupby("benchmark", sort=False):
-        series = runs.pivot_table("value", BENCH, "quantity", aggfunc="last", sort=False)
+        series = runs.pivot_table("value", BENCH_COLUMNS, "quantity", aggfunc="last", sort=False)
         tolerance = float(runs["error_tolerance"].iloc[-1])
         levels = {name: _changes(series[name], tolerance) for name in series}
         last.append(_last_run(benchmark, series, sum(map(len, levels.values()))))
         changes += [
             f"{benchmark}: {name} {sentence}"
-            for name, at in levels.items()
-            for sentence in _sentences(series[name], at)
+            for name, indices in levels.items()
+            for sentence in _sentences(series[name], indices)
         ]
         panels = [
             (name, series[name].to_numpy(), levels[name], name == ERROR)
             for name in PANELS
             if name in series
         ]
-        if panels and runs["kind"].iloc[-1] in PICTURED:
+        if panels and runs["kind"].iloc[-1] in PICTURED_KINDS:
             figure = Figure(
                 name=slug(benchmark).replace("work-precision", "track")
                 + (f"-{number}" if number > 1 else ""),
@@ -141,7 +144,8 @@ def _record_of_machine(key: tuple[str, ...], rows: pd.DataFrame, number: int) ->
 
 
 def _changes(values: pd.Series, tolerance: float) -> list[int]:
-    """Indices where a quantity's level changes; none for seconds, which depend on the machine."""
+    """Indices at which the level of a quantity changes; [] for times in seconds, which depend on
+    the machine's load."""
     if values.name in (SECONDS, YARDSTICK, *START_UP):
         return []
     if values.name == TIME:
@@ -158,11 +162,11 @@ def _sentences(values: pd.Series, changes: list[int]) -> Iterator[str]:
             if before > 0
             else (f"{before:g} became {after:.3g}")
         )
-        yield f"{growth} near {values.index[change][BENCH.index('commit')]}"
+        yield f"{growth} near {values.index[change][BENCH_COLUMNS.index('commit')]}"
 
 
 def _last_run(benchmark: str, series: pd.DataFrame, changes: int) -> dict[str, object]:
-    """The columns of a benchmark's row."""
+    """The row of a benchmark for `Place.rows`."""
     last = series.ffill().iloc[-1]
     times = series.get(TIME, pd.Series(dtype=float)).dropna()
     return {
@@ -174,17 +178,17 @@ def _last_run(benchmark: str, series: pd.DataFrame, changes: int) -> dict[str, o
         ),
         "iterations": last.get("iterations", np.nan),
         "error": last.get(ERROR, np.nan),
-        "changes": changes if changes or len(times) >= ENOUGH else "too few runs",
+        "changes": changes if changes or len(times) >= MIN_BENCHES else "too few runs",
     }
 
 
 def _commits(rows: pd.DataFrame) -> pd.DataFrame:
-    """A row for each bench, in order."""
+    """The rows of `Place.commits`, in the order of the dates."""
     times = rows[rows["quantity"] == TIME]
     medians = times.groupby("benchmark")["value"].transform("median")
     relative = times.assign(quantity=RELATIVE, value=times["value"] / medians)
     both = pd.concat([rows, relative])
-    table = both.pivot_table("value", BENCH, "quantity", aggfunc="median").reset_index()
+    table = both.pivot_table("value", BENCH_COLUMNS, "quantity", aggfunc="median").reset_index()
     columns = [name for name in (RELATIVE, *START_UP) if name in table]
     return table.assign(date=table["date"].str[:16].str.replace("T", " "))[
         ["commit", "date", *columns]
@@ -195,15 +199,15 @@ def _extremes(commits: pd.DataFrame) -> str:
     if RELATIVE not in commits or commits[RELATIVE].count() < 2:
         return ""
     times = commits.set_index("commit")[RELATIVE]
-    few = " So few runs cannot tell a change from noise." if len(commits) < ENOUGH else ""
+    warning = " So few runs cannot tell a change from noise." if len(commits) < MIN_BENCHES else ""
     return (
         f"Slowest commit: {times.idxmax()}, at {plain(times.max())} times the median of all; "
-        f"fastest: {times.idxmin()}, at {plain(times.min())}.{few}"
+        f"fastest: {times.idxmin()}, at {plain(times.min())}.{warning}"
     )
 
 
 def track(out: Path, tell: Callable[[str], None] = print) -> None:
-    """Write the history's files, and report its sentences."""
+    """Write the files of the history, and call `tell` with each of its sentences."""
     record = history(out) or History(TEXT, (), ())
     changes = [f"{change}." for machine in record.places for change in machine.changes]
     for sentence in (*record.sentences, *changes):
@@ -213,4 +217,4 @@ def track(out: Path, tell: Callable[[str], None] = print) -> None:
             f"There is no benchmark run in {out / STORE} yet. Each `galvi track --against REV "
             "--contender package.module:Class` adds one, and in galvi's checkout `make bench`."
         )
-    tell(f"{many(sum(machine.benches for machine in record.places), 'benchmark run')}.")
+    tell(f"{count_of(sum(machine.benches for machine in record.places), 'benchmark run')}.")

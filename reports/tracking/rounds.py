@@ -1,5 +1,5 @@
-"""Runs of two sides: first calls, runs in further processes, long runs, and interleaved samples,
-A B B A, so that disturbances affect both alike."""
+"""Runs of both sides: first calls, runs in further processes, long runs, and samples in the order
+A B B A, so that disturbances affect both sides alike."""
 
 from __future__ import annotations
 
@@ -18,33 +18,35 @@ from benchmarks.work_precision.participants import sampled
 from reports.tracking.worker import Failed, Worker
 
 SIDES = ("base", "head")
-SHORTEST_ATTEMPT = 0.01  # shortest attempt in seconds
-ATTEMPTS = 3  # per sample, of which the fastest counts
-ONE_ATTEMPT = 0.05  # seconds of a call from which one attempt suffices: disturbances are shorter
-SAMPLES = 14  # least per side: two disturbed ones do not hide a slower head
+MIN_ATTEMPT_SECONDS = 0.01  # shortest attempt in seconds
+ATTEMPTS = 3  # attempts for a sample, of which the fastest counts
+# Seconds of a call above which one attempt suffices: disturbances are shorter:
+ONE_ATTEMPT_SECONDS = 0.05
+# Smallest number for each side; with 14, two disturbed ones do not hide a slower head:
+MIN_SAMPLES = 14
 LONG_STEPS = 100_000
-DRIVEN = "driven_oscillator"
-LONG_RUNS = 50  # times the ordinary duration, of an integrator without a step
-LONG_SECONDS = 10.0  # of a long run, estimated from the ordinary one
-LONG_ROUNDING = 1e-3  # of the floor of errors, times steps^1.5: a phase that errs at random
-LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothing
+LONG_PROBLEM = "driven_oscillator"
+LONG_RUNS = 50  # duration of the long run over the ordinary one, for an integrator without a step
+LONG_SECONDS = 10.0  # largest estimated time of a long run
+LONG_ROUNDING = 1e-3  # error floor of a long run over steps^1.5, as of a phase with random errors
+MIN_LENGTHENING = 2  # smallest useful duration of a long run over the ordinary one
 
 
 @dataclass
 class Pair:
-    """A benchmark on both sides; each mapping is by side.
+    """A benchmark on both sides; the keys of each mapping are sides.
 
     Attributes
     ----------
     runs
-        results of all runs, see the worker's program: one in the first process, or two of those
-        that are timed, and one in each further process
+        results of all runs, see the worker's program: `first_calls` of them in the first process,
+        then one in each further process
     why
-        the reasons of failed sides
+        the reasons of failures
     rounds
         for each round, the samples in seconds
     notes
-        sentences on what was run
+        sentences on changes to the requested runs
     """
 
     case: Case
@@ -60,7 +62,7 @@ class Pair:
 
     @property
     def reached(self) -> dict[str, dict[str, Any]]:
-        """The first run of each side that made all of its first calls."""
+        """Side -> its first run, for each side that made all of its first calls."""
         return {side: runs[0] for side, runs in self.runs.items() if len(runs) >= self.first_calls}
 
     @property
@@ -70,25 +72,26 @@ class Pair:
 
     @property
     def repeatable(self) -> bool:
-        """Whether both sides ran it, and runs it twice."""
+        """Whether neither side has failed, and the first process runs the benchmark twice."""
         return not self.why and self.case.kind not in UNTIMED
 
     @property
     def timed(self) -> bool:
-        """Whether both sides have samples."""
+        """Whether there are samples, and neither side has failed."""
         return bool(self.rounds) and not self.why
 
-    def samples(self, at: int) -> tuple[list[float], list[float]]:
+    def samples(self, round_index: int) -> tuple[list[float], list[float]]:
         """The samples of base and head in one of the rounds."""
-        return self.rounds[at]["base"], self.rounds[at]["head"]
+        return self.rounds[round_index]["base"], self.rounds[round_index]["head"]
 
     @property
     def depends_on_process(self) -> bool:
-        """Whether one of the sides reached another end in a further process."""
+        """Whether a side reached another final state in a further process."""
         return any(self.differs(side, FURTHER_PROCESSES) for side in SIDES)
 
     def differs(self, side: str, runs: slice) -> bool:
-        """Whether one of these runs reached another end than the first one, by any bit."""
+        """Whether the final state of one of these runs differs from that of the first run in any
+        bit."""
         first, further = self.runs[side][0]["ends"], self.runs[side][runs]
         return any(not np.array_equal(first, run["ends"], True) for run in further)
 
@@ -99,8 +102,10 @@ SECOND, FURTHER_PROCESSES = slice(1, 2), slice(2, None)  # of the runs of a side
 def run_pairs(
     workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report, further: bool = False
 ) -> None:
-    """Make the first calls of each benchmark on both sides; `further`: run it once more, in workers
-    which are not those of its first calls."""
+    """Make the first calls of each benchmark on both sides, and append their results to the pairs.
+
+    With `further`, each benchmark is run once more, in other processes than its first calls.
+    """
     for pair, side in product(pairs, SIDES):
         report(f"{'in another process' if further else 'first calls'}: {pair.case.name}")
         try:
@@ -113,50 +118,54 @@ def run_pairs(
 def long_runs(
     workers: Mapping[str, Worker], pairs: Sequence[Pair], limit: float, report: Report
 ) -> list[Pair]:
-    """One run of LONG_STEPS steps of each integrator that is not galvi, on the driven oscillator,
-    where a clock that goes wrong late shows, or else the first benchmark that both sides ran;
-    shorter where the ordinary run was so slow that it would exceed LONG_SECONDS, or a third of the
-    time limit of an answer.
+    """Make one run of LONG_STEPS steps of each integrator other than galvi; returns their pairs.
+
+    The problem is the driven oscillator, on which late errors of the time show, or else the first
+    one that both sides ran. A run is shorter if it would take more than LONG_SECONDS, or than a
+    third of the time limit of an answer, and is left out below MIN_LENGTHENING ordinary runs.
     """
-    able = [pair for pair in pairs if pair.case.contender and pair.repeatable]
-    able.sort(key=lambda pair: pair.case.problem != DRIVEN)
+    candidates = [pair for pair in pairs if pair.case.contender and pair.repeatable]
+    candidates.sort(key=lambda pair: pair.case.problem != LONG_PROBLEM)
     first: dict[str, Pair] = {}
-    for pair in able:
+    for pair in candidates:
         first.setdefault(pair.case.contender, pair)
-    long = [longer for pair in first.values() if (longer := _longer(pair, limit))]
+    long = [longer for pair in first.values() if (longer := _lengthened(pair, limit))]
     run_pairs(workers, long, report)
     return long
 
 
-def _longer(pair: Pair, limit: float) -> Pair | None:
-    """The long run that a pair's speed allows; None, and a note there, where it allows none."""
+def _lengthened(pair: Pair, limit: float) -> Pair | None:
+    """The pair of the long run that a pair's speed allows; None if it allows none.
+
+    A note on that is added to the pair.
+    """
     case = pair.case
     duration, step = case.step * case.steps, case.setting.get("step")
-    wanted = int(LONG_RUNS if step is None else LONG_STEPS * step / duration)
+    wanted_times = int(LONG_RUNS if step is None else LONG_STEPS * step / duration)
     seconds = max(reached["warm"] for reached in pair.reached.values())
-    times = min(wanted, int(min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
-    if times < LEAST_LONGER <= wanted:
+    times = min(wanted_times, int(min(LONG_SECONDS, limit / 3.0) / max(seconds, 1e-9)))
+    if times < MIN_LENGTHENING <= wanted_times:
         sentence = f"No long run was made, because this one already takes {seconds:.2g} s."
         pair.notes += (sentence,)
-    if times < LEAST_LONGER:
+    if times < MIN_LENGTHENING:
         return None
     setting = sampled(duration * times, case.setting, 1)
     name = f"{case.name}, {times} times as long"
     floor = max(1.0, LONG_ROUNDING * setting.get("save_every", LONG_STEPS) ** 1.5) * case.rounding
     long = replace(case, name=name, kind=LONG, steps=times, setting=setting, rounding=floor)
-    shortened = f"Shortened from {wanted} times as long, to fit the time limit."
-    return Pair(long, notes=(shortened,) if times < wanted else ())
+    shortened = f"Shortened from {wanted_times} times as long, to fit the time limit."
+    return Pair(long, notes=(shortened,) if times < wanted_times else ())
 
 
 def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
-    """Add a round of samples to each timed pair that both sides can run."""
-    able = [pair for pair in pairs if pair.repeatable]
-    for pair in able:
+    """Add a round of samples to each repeatable pair."""
+    repeatable = [pair for pair in pairs if pair.repeatable]
+    for pair in repeatable:
         pair.rounds.append({side: [] for side in SIDES})
-    count = max(SAMPLES, samples_needed(len(able)))
+    count = max(MIN_SAMPLES, samples_needed(len(repeatable)))
     for k in range(count):
         report(f"samples {k + 1} of {count}")
-        for pair, side in product(able, SIDES if k % 2 == 0 else SIDES[::-1]):
+        for pair, side in product(repeatable, SIDES if k % 2 == 0 else SIDES[::-1]):
             if not pair.why:
                 _sample(workers[side], pair, side)
 
@@ -164,8 +173,8 @@ def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Rep
 def _sample(worker: Worker, pair: Pair, side: str) -> None:
     seconds = max(min(reached["warm"] for reached in pair.reached.values()), 1e-7)
     repeats, attempts = (
-        max(1, math.ceil(SHORTEST_ATTEMPT / seconds)),
-        1 if seconds > ONE_ATTEMPT else ATTEMPTS,
+        max(1, math.ceil(MIN_ATTEMPT_SECONDS / seconds)),
+        1 if seconds > ONE_ATTEMPT_SECONDS else ATTEMPTS,
     )
     try:
         pair.rounds[-1][side].append(worker.time(pair.case, repeats, attempts))

@@ -1,4 +1,4 @@
-"""The problems that another project's integrators are compared on, and the benchmarks there."""
+"""The problems on which another project's integrators are compared, and their benchmarks."""
 
 from __future__ import annotations
 
@@ -18,22 +18,26 @@ def tracked(
     duration: float,
     truth: str,
     arguments: Mapping[str, Any] | None = None,
-    tight: float = 0.0,
+    truth_tolerance: float = 0.0,
     accuracy: float = 1.0,
 ) -> Case:
-    """A problem that every integrator which supports it is compared on.
+    """The case of a problem on which every integrator that supports it is compared.
 
     Parameters
     ----------
     problem
-        its name in galvi.problems, called with the arguments
+        name of a function in galvi.problems
     duration
         in the problem's unit of time
     truth
-        name of a reference, at its tolerance `tight`; 0 for its default
+        name of a reference
+    arguments
+        arguments of the function
+    tight
+        tolerance of the reference; 0 for its default
     accuracy
-        times the least error that is compared: how large the motion is, or how much less accurate
-        the truth
+        smallest error that is compared, over LEAST_ERROR: larger for large motions and for less
+        accurate truths
     """
     return Case(
         problem,
@@ -45,24 +49,24 @@ def tracked(
         1,
         truth,
         arguments or {},
-        truth_tolerance=tight,
+        truth_tolerance=truth_tolerance,
         rounding=LEAST_ERROR * accuracy,
     )
 
 
-# All start in motion, so that a reversed time shows.
+# All of them start in motion, so that a reversed time would show.
 PROBLEMS: tuple[Case, ...] = (
     tracked("harmonic_oscillator", 5.0, "oscillator, closed form", {"velocity": 0.5}),
     tracked("kepler", 5.0, "Kepler, closed form", {"eccentricity": 0.3}),
     tracked("planar_pendulum", 5.0, "pendulum, closed form", {"rate": -0.5}),
-    tracked("henon_heiles", 5.0, "SciPy DOP853", tight=1e-13, accuracy=10.0),
-    tracked("driven_oscillator", 5.0, "SciPy DOP853", tight=1e-13, accuracy=10.0),
+    tracked("henon_heiles", 5.0, "SciPy DOP853", truth_tolerance=1e-13, accuracy=10.0),
+    tracked("driven_oscillator", 5.0, "SciPy DOP853", truth_tolerance=1e-13, accuracy=10.0),
     tracked("outer_solar_system", 7305.0, "REBOUND IAS15", accuracy=100.0),
     tracked("free_rigid_body", 5.0, "free rigid body, closed form"),
     tracked("pendulum_3d", 5.0, "stored truth, rigid bodies", accuracy=10.0),
     tracked("double_pendulum", 1.0, "SciPy DOP853, chains", {"rates": (0.5, -0.3)}, 1e-13, 30.0),
 )
-FEWEST_STEPS = 100  # steps of an integrator that offers no settings
+DEFAULT_STEPS = 100  # steps of an integrator that offers no settings
 
 
 def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) -> tuple[Case, ...]:
@@ -71,15 +75,16 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
     Parameters
     ----------
     paths
-        "package.module:Class"
+        "package.module:Class" of each integrator
     limit
-        of each answer, in seconds
+        seconds for each answer of an integrator
 
     Raises
     ------
     ContenderError
-        For one that cannot be loaded, CannotCompare where none takes a problem, and where one fails
-        to say which it takes.
+        For an integrator that cannot be loaded.
+    CannotCompare
+        If no integrator supports a problem, or one fails to answer whether it does.
     """
     cases = []
     for path in dict.fromkeys(paths):
@@ -87,7 +92,7 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
         try:
             for case in PROBLEMS:
                 problem = problem_of(vars(case))
-                setting = finest(external, problem, case.step, 1, FEWEST_STEPS)
+                setting = finest(external, problem, case.step, 1, DEFAULT_STEPS)
                 if external.faults:
                     raise CannotCompare(external.faults[0])
                 if setting is not None:

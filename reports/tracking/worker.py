@@ -18,12 +18,12 @@ from benchmarks.timings import worker
 from benchmarks.timings.case import Case
 from reports.tracking.checkouts import Checkout
 
-SECONDS = 600.0  # time limit of an answer of galvi, whose first call compiles
-CONTENDER_SECONDS = 60.0  # of another integrator
-ENDS = 10.0  # seconds for a process to end that has closed its pipe
-TIME_OUTS = 2  # of a side, after which it is not asked again
+ANSWER_SECONDS = 600.0  # time limit for an answer of galvi, whose first call compiles
+CONTENDER_SECONDS = 60.0  # time limit for an answer of another integrator
+END_SECONDS = 10.0  # seconds to wait for the end of a process that has closed its pipe
+MAX_TIME_OUTS = 2  # timeouts of a side after which it is not asked again
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-CALLERS_OWN = ("NUMBA_CACHE_DIR", "PYTHONHOME")
+REMOVED_VARIABLES = ("NUMBA_CACHE_DIR", "PYTHONHOME")
 
 
 class Failed(Exception):
@@ -34,9 +34,9 @@ class Worker(AbstractContextManager["Worker"]):
     """A context manager: `with Worker(checkout) as worker` ends the process afterwards.
 
     Both sides run the worker program of this suite, which uses only galvi's public interface, so
-    that a revision with another suite is measured alike. The process starts with the first request,
-    and anew with the first one after `stop`, or after it died or hung. When TIME_OUTS answers have
-    missed the limit, each request fails at once.
+    that a revision with another suite is measured in the same way. A request starts the process if
+    it does not run: at first, after `stop`, and after it died or hung. After MAX_TIME_OUTS timeouts
+    each request fails at once.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ class Worker(AbstractContextManager["Worker"]):
         seconds for an answer
     """
 
-    pipe: Connection  # to the process, while it runs
+    pipe: Connection  # exists while the process runs
 
-    def __init__(self, checkout: Checkout, limit: float = SECONDS) -> None:
+    def __init__(self, checkout: Checkout, limit: float = ANSWER_SECONDS) -> None:
         self.checkout, self.limit, self.time_outs = checkout, limit, 0
         self.process: subprocess.Popen[bytes] | None = None
 
@@ -54,7 +54,7 @@ class Worker(AbstractContextManager["Worker"]):
         self.stop()
 
     def run(self, case: Case) -> dict[str, Any]:
-        """Make the first call, which compiles; returns its results. Raises Failed."""
+        """Run a benchmark, and compile it if it is new; returns its results. Raises Failed."""
         answer = self._ask("run", case)
         code = Path(answer.pop("code"))
         if not code.resolve().is_relative_to(self.checkout.folder.resolve()):
@@ -62,22 +62,23 @@ class Worker(AbstractContextManager["Worker"]):
         return answer | {"status": log_line(answer["status"])}
 
     def time(self, case: Case, repeats: int, attempts: int) -> float:
-        """Processor time of one call in seconds. Raises Failed."""
+        """The processor time of one call in seconds. Raises Failed."""
         return float(self._ask("time", case, repeats=repeats, attempts=attempts)["processor"])
 
     def stop(self) -> None:
         """End the process, if it runs."""
         if self.process is not None:
-            with suppress(ProcessLookupError):  # with the processes that it started
+            with suppress(ProcessLookupError):  # kill the processes that it started, too
                 os.killpg(self.process.pid, signal.SIGKILL)
             self.process.wait()
             self.pipe.close()
             self.process = None
 
     def _ask(self, request: str, case: Case, **numbers: int) -> dict[str, Any]:
-        if self.time_outs >= TIME_OUTS:
+        if self.time_outs >= MAX_TIME_OUTS:
             raise Failed(
-                f"It was not asked: {TIME_OUTS} answers did not come within {self.limit:g} seconds."
+                f"It was not asked: {MAX_TIME_OUTS} answers did not come within {self.limit:g} "
+                "seconds."
             )
         process = self.process or self._start()
         try:
@@ -90,7 +91,7 @@ class Worker(AbstractContextManager["Worker"]):
             answer: dict[str, Any] = json.loads(self.pipe.recv_bytes())
         except (EOFError, OSError):
             with suppress(subprocess.TimeoutExpired):  # a process that only closed its pipe goes on
-                process.wait(ENDS)
+                process.wait(END_SECONDS)
             status = process.poll()
             self.stop()
             raise Failed(f"Its process ended with status {status}.") from None
@@ -101,7 +102,9 @@ class Worker(AbstractContextManager["Worker"]):
     def _start(self) -> subprocess.Popen[bytes]:
         self.pipe, child_end = Pipe()
         places = self.checkout.places or (self.checkout.folder,)
-        environment = {key: text for key, text in os.environ.items() if key not in CALLERS_OWN}
+        environment = {
+            key: text for key, text in os.environ.items() if key not in REMOVED_VARIABLES
+        }
         environment |= dict.fromkeys(ONE_THREAD, "1")
         environment["PYTHONPATH"] = os.pathsep.join(str(path.resolve()) for path in places)
         with child_end:

@@ -1,7 +1,7 @@
-"""Are the Galerkin curves as good as the step ends? The scan of T for L2 and L6.
+"""The scan of the duration T for L2 and L6: are the Galerkin curves as good as the step ends?
 
-H prints no T in chapter 3. The errors of the ends grow with T, the curve's excess does not: the two
-agree for as many n as T is long enough.
+H prints no T in chapter 3. The errors at the ends grow with T, but the excess of the curve's does
+not: therefore the two errors agree up to an n that grows with T.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def scan(problem: Problem, make_method: MakeMethod, report: Report, prefix: str 
 
 
 def n_stars(table: DataFrame, prefix: str = "", key: str = "law") -> dict[str, Measurement]:
-    """n* of all but the shortest of DURATIONS, and as numbers `law_50` and so on what they should
-    be: the curve's own error, over that of the ends at T = 5, falls like 5 / T."""
+    """The measured n* of all DURATIONS but the shortest, and, as numbers `law_50` and so on, their
+    predictions: the excess of the curve's error, as measured at T = 5, falls like 5 / T."""
     excess = {duration: excess_of_curve(table, scan_of(duration, prefix)) for duration in DURATIONS}
     numbers: dict[str, Measurement] = {}
     for duration in DURATIONS[1:]:
@@ -64,8 +64,10 @@ def excess_of_curve(table: DataFrame, study: str) -> Array:
 
 
 def crossing(excess: Array) -> float:
-    """Between two of NS, where the curve's own error is that of the ends; NaN where it is nowhere
-    or for all n."""
+    """The n, interpolated between two of NS, at which the excess reaches 1.
+
+    NaN if it does so at no n, at the first one, or after a value that is not positive.
+    """
     k = next((k for k, size in enumerate(excess) if size >= 1.0), 0)
     if k == 0 or excess[k - 1] <= 0.0:
         return math.nan

@@ -71,15 +71,15 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def momentum_alone(y0: Array, moments: Array, duration: float) -> tuple[Array, Array, Array]:
-    """Euler's equations by RK45: ends of steps (k,), y there (k, 3), and y at the four points that
-    MATLAB's ode45 returns for each step, by its interpolant."""
+    """Solve Euler's equations by RK45; returns the ends of the steps (k,), y there (k, 3), and y at
+    four points of each step, as MATLAB's ode45 returns them by its interpolant, (4 (k - 1), 3)."""
     run = solve_ivp(lambda t, y: np.cross(y, y / moments), (0.0, duration), y0, dense_output=True)
     fine = run.t[:-1, None] + np.diff(run.t)[:, None] * np.arange(4) / 4
     return run.t, run.y.T, run.sol(fine.ravel()).T
 
 
 def read(table: DataFrame) -> dict[str, float]:
-    """The largest departures; two rounding units in each of 200 steps."""
+    """The largest departures, and as `rounding` two rounding units for each of 200 steps."""
     numbers = {
         f"largest {quantity}, {label}": readings.largest_of(table, study=label, quantity=quantity)
         for label, quantities in JUDGED.items()

@@ -23,8 +23,8 @@ from benchmarks.claims.lie_groups.free_body import FLOOR, METHODS, OTHER_MOTIONS
 from benchmarks.claims.lie_groups.pendulum_motion import oracles
 from references.closed_forms.top_motion import FREE_TOP
 
-FROM = {"Cayley": 7, "exponential": 5, "modified Rodrigues": 5}  # from there the curve's own error
-# exceeds that of its ends
+# Chart -> smallest n at which the curve's own error exceeds that of its ends:
+FROM = {"Cayley": 7, "exponential": 5, "modified Rodrigues": 5}
 FAULTS = {
     **OTHER_MOTIONS,
     "curves of T = 500 that are worse": Fault(
@@ -34,8 +34,8 @@ FAULTS = {
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series 'n-refinement, Cayley' and so on of the one-step and the curve error to T = 5; the
-    scan of T."""
+    """Series 'n-refinement, Cayley' and so on of the one-step and the curve error up to T = 5; the
+    scan of T; and the distance of two oracles."""
     body = galvi.problems.free_rigid_body()
     cases = [Case(n, 0.5, 10) for n in range(3, 16)]
     rows = [*scan(body, make_method, report), oracles(body, 500.0, 100, second=FREE_TOP)]
@@ -46,7 +46,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The decay of both errors, single errors at step ends, and n*."""
+    """The decay of both errors, single errors at step ends with their ratios, and n*."""
     numbers = n_stars(table) | {ORACLES: number(table, quantity=ORACLES)}
     for chart, since in FROM.items():
         series = table[table["study"] == f"n-refinement, {chart}"]

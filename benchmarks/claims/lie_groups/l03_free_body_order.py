@@ -40,8 +40,8 @@ from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import DOP853, TIGHT
 
 NS, CLENSHAW_CURTIS_NS = (3, 4, 5, 6), (3, 4, 5, 6, 7)
-POINTS = ("n - 1", "n", "n + 1", "2 n")  # of Gauss's rule, which H leaves open; n - 1, the degree,
-# is the least that is well posed
+# Numbers of Gauss points, which H leaves open; n - 1, the degree, is the smallest well-posed one:
+POINTS = ("n - 1", "n", "n + 1", "2 n")
 ERROR = "error at the end"
 BODY, CLENSHAW_CURTIS, PENDULUM, PLANE = (
     "free body",
@@ -50,11 +50,11 @@ BODY, CLENSHAW_CURTIS, PENDULUM, PLANE = (
     "plane pendulum",
 )
 WEIGHT = 98.1
-FLOOR, END_FLOOR = 2e-13, 3e-13  # ten times what the oracles differ by, and more
+FLOOR, END_FLOOR = 2e-13, 3e-13  # at least ten times the distance of the oracles
 
 
-def by_newton(original: Callable[..., Any]) -> Callable[..., Any]:
-    """`galvi.integrate`, its stages solved by Newton's method."""
+def with_newton(original: Callable[..., Any]) -> Callable[..., Any]:
+    """`galvi.integrate` with stages that are solved by Newton's method."""
     return partial(original, solver="newton")
 
 
@@ -62,7 +62,7 @@ FAULTS = {
     **OTHER_MOTIONS,
     **{
         f"{array} 1e-4, Newton": of_table(
-            wrong={"galvi.integrate": by_newton}, **{array: 1.0 + 1e-4}
+            wrong={"galvi.integrate": with_newton}, **{array: 1.0 + 1e-4}
         )
         for array in ("psi", "slope")
     },
@@ -75,9 +75,9 @@ FAULTS = {
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Errors at the end of H's body for each number of Gauss points; of a pendulum, whose errors
-    reach the asymptotic order before round-off; and with Clenshaw-Curtis rules, of H's body and of
-    a plane pendulum whose kinetic part is exact."""
+    """Errors at the end: of H's body for each number of Gauss points; of a 3D pendulum, whose
+    errors reach the asymptotic order before round-off; with Clenshaw-Curtis rules, of H's body and
+    of a plane pendulum with exact kinetic part; and the distances of oracles."""
     counts = [round(2.0 ** (j / 2)) for j in range(3, 17)]
     cases = {
         **dict.fromkeys(POINTS, at_fixed_time(NS, 5.0, counts[3 : 12 if quick else 14])),
@@ -110,7 +110,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def method(study: str, make_method: MakeMethod, n: int) -> Any:
-    """Polynomials and a rule in Cayley's chart."""
+    """The method of a study, by n, with polynomials in Cayley's chart."""
     if study == CLENSHAW_CURTIS:
         return make_method(galvi.Polynomials(n - 2), galvi.clenshaw_curtis(n - 1), CAYLEY)
     points = {"n - 1": n - 1, "n + 1": n + 1, "2 n": 2 * n}.get(study, n)
@@ -118,7 +118,7 @@ def method(study: str, make_method: MakeMethod, n: int) -> Any:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders, of all numbers of Gauss points the least, and distances between the references."""
+    """The orders, with the least over all numbers of Gauss points, and the distances of oracles."""
 
     def order(study: str, n: int, floor: float = FLOOR) -> Fit:
         return readings.order(table, floor, study=study, n=n)

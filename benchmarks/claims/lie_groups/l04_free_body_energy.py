@@ -48,28 +48,31 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def errors(run: Trajectory) -> Array:
-    """Relative errors of the energy, from (R, p)."""
+    """The relative errors of the energy, from (R, p), at all saved times."""
     start = rigid_invariants.energy(run.problem, run.q[:1], run.p[:1])
     return rigid_invariants.energy(run.problem, run.q, run.p) / start - 1.0
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Drifts, the limit of that at n = 8 and the order there; whether rounding has a sign, from
-    50 blocks: a straight line hides below any bound on the largest error.
+    """The drifts, the limit of the error and its order at n = 8, and whether rounding is biased.
 
-    p rounded once a step, to either side, changes v . p / 2 by up to 2^-52 of itself: `rounding` is
-    five standard deviations of that random walk.
+    The last is the mean change over 50 blocks, in standard errors: a small linear drift would stay
+    below any bound on the largest error. Rounding p once a step, up or down, changes v . p / 2 by
+    up to 2^-52 of itself: `rounding` is five standard deviations of that random walk.
     """
-    past = table[table["study"] == "history"]
-    rounding = readings.values(past, "t", quantity=QUANTITIES[N])
+    histories = table[table["study"] == "history"]
+    rounding = readings.values(histories, "t", quantity=QUANTITIES[N])
     blocks = np.diff(rounding[:: rounding.size // 50])
     scatter = np.std(blocks, ddof=1) / blocks.size**0.5
-    sign = f"mean change of the energy over blocks, in its standard errors, n = {N}"
+    bias_name = f"mean change of the energy over blocks, in its standard errors, n = {N}"
     order = readings.order(table, FLOOR, study="h-refinement")
     return {
-        **{quantity: readings.drift(past, quantity=quantity) for quantity in QUANTITIES.values()},
+        **{
+            quantity: readings.drift(histories, quantity=quantity)
+            for quantity in QUANTITIES.values()
+        },
         "rounding": 5.0 * (STEPS / 3.0) ** 0.5 * 2.0**-52,
         "limit": readings.largest_of(table, study=SHORT),
-        sign: float(abs(np.mean(blocks)) / scatter),
+        bias_name: float(abs(np.mean(blocks)) / scatter),
         f"order of the largest energy error, n = {COARSE}": order,
     }

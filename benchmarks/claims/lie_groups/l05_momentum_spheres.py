@@ -26,9 +26,11 @@ SPHERE, ELLIPSOID, DISTANCE = "| |y|^2 - 1 |", "relative energy error", "distanc
 
 
 def starts() -> Array:
-    """12 body momenta y0 on the unit sphere, (12, 3): from the axis of the middle moment, 3.3,
-    towards both ends of that of the smallest, 2.5, and of the largest, 3.4; three pairs about each
-    stable axis."""
+    """12 body momenta y0 on the unit sphere, (12, 3), three pairs about each stable axis.
+
+    They are turned from the axis of the middle moment, 3.3, towards both ends of the axes of the
+    smallest moment, 2.5, and of the largest, 3.4.
+    """
     middle, *stable = np.eye(3)
     return np.array(
         [
@@ -41,8 +43,8 @@ def starts() -> Array:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """'momentum' in x, y, z at every eighth step end, its start's number in `label`; for each start
-    the largest of three measures, the distance at 20 times."""
+    """'momentum' in x, y, z at every eighth step end, with the number of its start in `label`; and
+    for each start the largest of three measures, that of the distance over 20 times."""
     moments = np.array(INERTIA)
     observed = []
     for k, y0 in enumerate(starts()):
@@ -61,7 +63,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, float]:
-    """The largest of each measure, and the largest energy on the sphere."""
+    """The largest value of each measure, and the largest sum y_i^2 / I_i on the unit sphere."""
     return {
         "largest sum y_i^2 / I_i over the unit sphere, 1 / I_min": 1.0 / min(INERTIA),
         **{

@@ -27,7 +27,7 @@ from benchmarks.claims.lie_groups.pendulum_motion import FLOOR, TRUTH, oracles
 # than geometrically: of one a hundredth as large by 75, 150, 340, 440 and 1300 times from n = 2 on.
 # The rate that is left is slower, and a window from n = 2 would see it as an end of the decay.
 FROM = 4
-WEIGHTS = {"light": 9.81, "heavy": 22.0}  # H gives none; its figures 3.8 and 3.9 hold for 22
+WEIGHTS = {"light": 9.81, "heavy": 22.0}  # H prints no m g; its figures 3.8 and 3.9 fit 22
 FAULTS = {
     **OTHER_MOTIONS,
     "curves of T = 500 that are worse": Fault(
@@ -49,7 +49,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The decay of both errors, the smallest of them, and n*."""
+    """The decay and the smallest value of both errors, and n*."""
     numbers: dict[str, Measurement] = {ORACLES: number(table, quantity=ORACLES)}
     for key, weight in WEIGHTS.items():
         numbers |= n_stars(table, f"m g = {weight:g}, ", key)

@@ -31,12 +31,12 @@ from benchmarks.claims.kit import (
 )
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, oracles
 from benchmarks.claims.lie_groups.steps_near_the_limit import (
-    COUNT,
-    LOOSE,
-    NEAR,
+    LOOSE_OPTIONS,
+    NEAR_ANGLE,
     STEP,
+    STEPS_PER_RUN,
     TURN,
-    WIDE,
+    WIDER_CHARTS,
     N,
     read_steps,
     single_steps,
@@ -47,16 +47,16 @@ from galvi.charts import CHARTS
 
 STEPS = 200  # H gives no number
 HELD, LIGHT, HEAVY = (21.0, 22.0, 23.0), 9.81, 29.43
-DRAWN = 22.0  # in the figures
+DRAWN = 22.0  # m g of the run in the figures
 WEIGHTS = (5.0, 8.0, LIGHT, 12.0, 15.0, 18.0, 20.0, *HELD, *range(24, 31))
 QUICK_WEIGHTS = (LIGHT, 20.0, *HELD, 24, 26, 30)
 ENERGY, DONE = "energy error", "steps done"
 CURVE, ENDS = "centre of mass on the curve", "centre of mass at step ends"
-SHOWN = 50  # steps whose curve is kept
+SHOWN = 50  # steps whose curve is in the table
 GROWTH, UPSIDE_DOWN, HANGING = "growth of the distance of two starts", "upside down", "hanging"
 SYMMETRIC, MOMENTS = f"{UPSIDE_DOWN}, symmetric body", (4.8, 4.8, 3.8)
 LARGEST, FARTHEST = f"largest {ENERGY}", f"largest {TURN} [rad]"
-SHARE = f"share of the energy's jumps in steps beyond {NEAR:.3g} rad"
+SHARE = f"share of the energy's jumps in steps beyond {NEAR_ANGLE:.3g} rad"
 
 
 def named(weight: float, chart: str) -> str:
@@ -68,12 +68,12 @@ JUDGED = {
     **{named(weight, CAYLEY.name): (DONE, FARTHEST, LARGEST, SHARE) for weight in HELD},
     named(LIGHT, CAYLEY.name): (FARTHEST, LARGEST),
     named(HEAVY, CAYLEY.name): (DONE,),
-    **{named(HEAVY, chart): (DONE, LARGEST) for chart in WIDE},
+    **{named(HEAVY, chart): (DONE, LARGEST) for chart in WIDER_CHARTS},
 }
 
 
 def pendulum(weight: float, inverted: bool) -> Problem:
-    """The body upside down, H's second start, or hanging, H's first."""
+    """The body from H's second start, upside down, or from H's first one, hanging."""
     return galvi.problems.pendulum_3d(weight, inverted=inverted)
 
 
@@ -84,12 +84,12 @@ def symmetric(weight: float) -> Problem:
 
 
 def hanging(weight: float, inverted: bool) -> tuple[float, bool]:
-    """The start of a fault."""
+    """The arguments of `pendulum` for a planted fault: always hanging."""
     return weight, False
 
 
 def by_exponential(space: Any, rule: Any, chart: Any) -> galvi.Galerkin:
-    """The methods in another chart, whose steps do not jump."""
+    """The methods in the exponential chart, in which the energy does not jump."""
     return galvi.Galerkin(space, rule, galvi.Exponential())
 
 
@@ -103,18 +103,21 @@ FAULTS = {
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series of `named` runs, up to where each ends:
+    """Series of the `named` runs, each up to its end:
 
-    'energy error'    relative, in time
-    'turn in a step'  angle between the step's two ends, rad, in time
+    'energy error'    relative, over time
+    'turn in a step'  rotation angle between the ends of a step, rad, over time
     'steps done'      with the status
-    'centre of mass on the curve', '... at step ends'  its place, in time, of the first 50 steps
+    'centre of mass on the curve', '... at step ends'  positions over time, in the first 50 steps
 
-    the `growth` of a distance of two starts for three kinds of them, and the single steps of
-    `steps_near_the_limit`.
+    Also the `growth` of the distance of two starts, for three kinds of starts, and the single steps
+    of `steps_near_the_limit`.
     """
     start = galvi.problems.pendulum_3d(DRAWN, inverted=True)
-    observed = [*single_steps(make_method, quick), oracles(start, STEP * COUNT, COUNT)]
+    observed = [
+        *single_steps(make_method, quick),
+        oracles(start, STEP * STEPS_PER_RUN, STEPS_PER_RUN),
+    ]
     for weight in (LIGHT, *HELD):
         starts = {
             UPSIDE_DOWN: pendulum(weight, True),
@@ -132,7 +135,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             method_on_group(make_method, N, chart),
             STEP,
             STEPS,
-            **(LOOSE if chart == CAYLEY and weight != LIGHT else {}),
+            **(LOOSE_OPTIONS if chart == CAYLEY and weight != LIGHT else {}),
         )
         completed = int(np.sum(np.isfinite(run.p[:, 0]))) - 1
         t, q = run.t[: completed + 1], run.q[: completed + 1]
@@ -149,17 +152,19 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def growth(start: Problem) -> float:
-    """The factor by which a distance of 1e-9 of two starts grows in a time of 40."""
+    """The largest distance of two motions in a time of 40, over the 1e-9 by which their initial
+    velocities differ."""
     displaced = replace(start, v0=start.v0 + np.array([1e-9, 0.0, 0.0]))
     first, second = (TRUTH.run(motion, 40.0, {"samples": 40}).q for motion in (start, displaced))
     return float(np.max(abs(second - first))) / 1e-9
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """H's statements, for weights for which they hold and others; their range; single steps."""
+    """Numbers of the runs in JUDGED, the range of weights for which H's statements hold, the growth
+    of distances, and numbers of the single steps."""
     runs = {run: read_run(table, run) for run in JUDGED}
     scan = {weight: read_run(table, named(weight, CAYLEY.name)) for weight in WEIGHTS}
-    beyond = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR]
+    beyond = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR_ANGLE]
     complete = [weight for weight, numbers in scan.items() if numbers[DONE] == STEPS]
     return read_steps(table) | {
         ORACLES: number(table, quantity=ORACLES),
@@ -168,15 +173,17 @@ def read(table: DataFrame) -> dict[str, Measurement]:
             f"largest {GROWTH}, {name}": readings.largest_of(table, study=name)
             for name in (HANGING, SYMMETRIC)
         },
-        f"least m g of the scan with a step beyond {NEAR:.3g} rad": min(beyond, default=math.nan),
+        f"least m g of the scan with a step beyond {NEAR_ANGLE:.3g} rad": min(
+            beyond, default=math.nan
+        ),
         f"largest m g of the scan whose run does {STEPS} steps": max(complete, default=math.nan),
         **{f"{name}, {run}": runs[run][name] for run, names in JUDGED.items() for name in names},
     }
 
 
 def read_run(table: DataFrame, run: str) -> dict[str, float]:
-    """Steps done, the largest turn and energy error, and the share of sum |change of energy| of
-    steps that turn by more than NEAR."""
+    """The steps done, the largest turn and energy error, and the fraction of the sum of |change of
+    energy| over all steps that is due to steps that turn by more than NEAR."""
     energy, turned = (
         readings.values(table, "t", study=run, quantity=quantity) for quantity in (ENERGY, TURN)
     )
@@ -185,5 +192,5 @@ def read_run(table: DataFrame, run: str) -> dict[str, float]:
         DONE: number(table, study=run, quantity=DONE),
         FARTHEST: readings.largest(turned),
         LARGEST: readings.largest(abs(energy)),
-        SHARE: np.sum(jumps[turned > NEAR]) / np.sum(jumps) if np.any(jumps) else math.nan,
+        SHARE: np.sum(jumps[turned > NEAR_ANGLE]) / np.sum(jumps) if np.any(jumps) else math.nan,
     }

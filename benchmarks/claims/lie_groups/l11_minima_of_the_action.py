@@ -21,13 +21,13 @@ from benchmarks.claims.kit import (
 from benchmarks.claims.lie_groups.pendulum_motion import problem
 from benchmarks.measures.second_variation import constants, over_lower_form, smallest
 
-LONG = 2.2  # a step well past the zero
+LONG_STEP = 2.2  # a step well beyond that at which the least eigenvalue is 0
 PENDULUM, FREE = "3D pendulum, Cayley chart", "free rigid body, exponential chart"
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Least eigenvalues of the discrete second variation, against the integral of |dxi'|^2 and
-    over H's lower form, and the step at which the first one is 0 over H's two bounds."""
+    """Least eigenvalues of the discrete second variation, relative to the integral of |dxi'|^2 and
+    to H's lower form; and the step at which the former is 0, over H's two bounds."""
     h = np.round(np.arange(0.1, 2.41, 0.1 if quick else 0.05), 10)
     numbers: dict[str, float] = {}
     for name, start, chart in (
@@ -47,7 +47,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         "zero": first_zero(h, eigenvalue),
         "minimum": first_zero(h, minimum - h),
         "coercive": first_zero(h, coercive - h),
-        f"least eigenvalue at h = {LONG:g}, {name}": eigenvalue[h == LONG].item(),
+        f"least eigenvalue at h = {LONG_STEP:g}, {name}": eigenvalue[h == LONG_STEP].item(),
     }
     for bound, word in (("minimum", ""), ("coercive", "coercive ")):
         quantity = f"step where the least eigenvalue is 0, over H's {word}bound on the step, {name}"
@@ -56,7 +56,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def of_step(start: Problem, method: Any, h: float) -> tuple[float, float, float, float]:
-    """Least eigenvalue, both bounds on the step, and the second variation over the lower form."""
+    """(least eigenvalue, bound for minima, bound for coercivity, second variation over the lower
+    form) of one step; NaN for a failed run."""
     run = galvi.integrate(start, method, h, 1)
     if not run.success:
         return (np.nan,) * 4
@@ -65,12 +66,13 @@ def of_step(start: Problem, method: Any, h: float) -> tuple[float, float, float,
 
 
 def first_zero(h: Array, values: Array) -> float:
-    """The first h where values that start positive reach 0, between two steps; NaN if none."""
-    past = np.flatnonzero(values <= 0.0)
-    if not past.size or past[0] == 0:
+    """The first h at which positive values reach 0, by linear interpolation between two steps; NaN
+    if they never do, or are not positive at first."""
+    nonpositive = np.flatnonzero(values <= 0.0)
+    if not nonpositive.size or nonpositive[0] == 0:
         return np.nan
-    around = [past[0], past[0] - 1]
-    return float(np.interp(0.0, values[around], h[around]))
+    neighbours = [nonpositive[0], nonpositive[0] - 1]
+    return float(np.interp(0.0, values[neighbours], h[neighbours]))
 
 
 VARIATION = "benchmarks.measures.second_variation"

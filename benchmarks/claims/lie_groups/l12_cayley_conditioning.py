@@ -40,14 +40,14 @@ ANGLES: Mapping[Chart, tuple[float, ...]] = {  # degrees
 }
 RATIO, DERIVATIVE = "largest |Phi(eta) - Phi(nu)| / |eta - nu|", "derivative over its bound"
 OF_ETA = "largest derivative over 4 min(|eta'|, |nu'|) |eta - nu| + 2 |eta' - nu'|, all angles"
-INVERSE = "1 / |xi|"  # of H's chart
+INVERSE = "1 / |xi|"  # xi of H's chart
 MISSED = "steady turnings by 0.5 to 6 rad in a step that end otherwise than they should"
 TURNS = {0.5: True, 1.0: True, 2.0: True, 3.3: False, 4.0: False, 5.0: False, 6.0: False}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series over the angle, in `t`, in degrees: the largest ratios; 1 / |xi| of the inverse
-    chart over pi less the angle, in `step`; and how many of TURNS in a step end otherwise."""
+    """The largest ratios over the angle in degrees, in `t`; 1 / |xi| over pi minus the angle, in
+    `step`; and the number of TURNS for which the success of a step is unexpected."""
     rng = np.random.default_rng(341)
     measured: list[dict[str, Any]] = []
     for chart, angles in ANGLES.items():
@@ -69,7 +69,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def largest_ratios(
     chart: Chart, angle: float, pairs: int, rng: np.random.Generator
 ) -> dict[str, float]:
-    """Largest ratios of both inequalities, over random pairs up to the angle and one near 0."""
+    """The largest ratios of both inequalities over random pairs of rotations by at most `angle`
+    radians, and over one pair near 0."""
     poles = {CAYLEY: 2.0, RODRIGUES: 4.0}  # k of |xi| = k tan(angle / k)
     size = poles[chart] * math.tan(angle / poles[chart]) if chart in poles else angle
     lengths = size * rng.random(pairs), size * 10.0 ** rng.uniform(-3.0, 0.0, pairs)
@@ -93,13 +94,14 @@ def largest_ratios(
 
 
 def directions(count: int, rng: np.random.Generator) -> Array:
-    """Unit vectors, (count, 3)."""
+    """Random unit vectors, (count, 3)."""
     v = rng.standard_normal((count, 3))
     return v / np.linalg.norm(v, axis=1)[:, None]
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Largest ratios of each chart, of Cayley's also up to where C_G is 2; the rest as measured."""
+    """The largest ratios of each chart, for Cayley's also the angle up to which C_G is 2; the order
+    at which 1 / |xi| vanishes; and the number of unexpected steps."""
     angles, ratios = series(table, "t", study=CAYLEY.name, quantity=RATIO)
     beyond = np.min(angles[2.0 * ratios > 2.0 + 1e-9], initial=np.inf)
     proved = angles <= 36.9  # where 2 |eta| + |nu| = 1 for equal sizes

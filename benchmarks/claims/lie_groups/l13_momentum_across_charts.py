@@ -41,7 +41,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def of_curves(run: Trajectory, n: int, kernel: str) -> dict[str, Array]:
-    """Momenta at both ends of each step from its curve less those of the run and of one another."""
+    """Name -> differences of momenta, (k, 3): the momenta at both ends of each step, by its curve,
+    minus those of the run and those of the next step."""
     before, after = discrete_momenta(run, n, N)
     return {
         f"D1 L_d of a step against the run's momentum at its start{kernel}": before - run.p[:-1],
@@ -54,6 +55,6 @@ def of_curves(run: Trajectory, n: int, kernel: str) -> dict[str, Array]:
 
 
 def change_in_space(R: Array, p: Array) -> Array:
-    """R p less its value at the start, (k, 3)."""
+    """R p minus its value at the start of the motion, (k, 3)."""
     body = problem()
     return spatial_momentum(R, p) - body.q0 @ body.p0

@@ -33,7 +33,7 @@ POWER = (0.5, 0.5)  # and its error
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Both quantities for one step, against n at h = 1 and against h for n = 3 to 6."""
+    """Both quantities for one step: over n at h = 1, and over h for n = 3 to 6."""
     cases = [(IN_N, n, STEP) for n in range(3, 14 if quick else 17)]
     cases += [(IN_H, n, 2.0 ** (-j / 2)) for n in NS for j in range(9 if quick else 14)]
     measured: list[dict[str, Any]] = []
@@ -47,7 +47,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Bases, and the root of the step's; orders of the curve, and half those of the step."""
+    """The bases of both, with the root of the step's; the orders of the curve, and halves of the
+    step's orders, at least n - 1/2."""
     steps = readings.base(table, FLOOR[ENDS], study=IN_N, quantity=ENDS, power=POWER)
     root = math.sqrt(steps.rate)
     numbers: dict[str, Measurement] = {

@@ -34,7 +34,7 @@ PROBLEMS: Mapping[str, Callable[[], Problem]] = {
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """The largest defect over the rules, for each problem and chart; and that of exact flows."""
+    """The largest defect over RULES for each problem and chart, and the defects of exact flows."""
     numbers = {}
     for label, make_problem in PROBLEMS.items():
         report(label)
@@ -55,7 +55,10 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 def step_from(
     starts: dict[bytes, Problem], system: Any, method: Any, g: Array, mu: Array
 ) -> tuple[Array, Array]:
-    """The step from (g, mu), NaN when it fails, of a problem that is made once."""
+    """(g, mu) after a step from (g, mu); NaN if the step fails.
+
+    `starts` caches the problem of each state.
+    """
     key = g.tobytes() + mu.tobytes()
     if key not in starts:
         starts[key] = Problem(system, g, velocity_at(system, g, mu, 0.0))
@@ -64,7 +67,7 @@ def step_from(
 
 
 def defect(step: StepMap, start: Problem) -> float:
-    """The defect of the form at a start; NaN where the step is."""
+    """The defect of the symplectic form for the step from a start; NaN for a failed step."""
     system: Any = start.system
     if np.any(np.isnan(step(start.q0, start.p0)[1])):
         return np.nan

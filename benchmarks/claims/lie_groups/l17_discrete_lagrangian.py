@@ -54,7 +54,8 @@ RATES = {3: 0.5, 5: 1.0}  # |xi^(n)| of 2 tan(t / 2) at t = 0
 OTHER = WithSettings(RIGID_DOP853, TIGHT)
 
 
-# Problem, truth, j of the largest of the steps 2^(-j / 4) of the h-refinement, step in n.
+# Motion -> (problem, truth, j of the largest step 2^(-j / 4) of the h-refinement, step of the
+# n-refinement).
 MOTIONS: Mapping[str, tuple[Problem, Contender, int, float]] = {
     FREE: (free_body.problem(), FREE_TOP, 8, 0.5),
     PENDULUM: (pendulum_motion.problem(), pendulum_motion.TRUTH, 6, 1.0),
@@ -62,9 +63,8 @@ MOTIONS: Mapping[str, tuple[Problem, Contender, int, float]] = {
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """For one step: errors of L_d and of R at the end against h for each motion and n, and against
-    n, with the distance of polynomials; two references' distance; L_d of a steady turning less its
-    leading term."""
+    """For one step the errors of L_d and of R at the end: over h for each motion and n, and over n
+    with the distance of polynomials; the distance of two references; and `departures`."""
     measured: list[dict[str, Any]] = []
     for name, (problem, truth, first, step) in MOTIONS.items():
         report(name)
@@ -97,8 +97,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def exact_lagrangian(problem: Problem, truth: Contender, last: Array, h: float) -> float:
-    """The action of the motion from the problem's attitude to ``last`` in the time h: h T of a free
-    body, whose T is constant, else Romberg's integral; NaN without a motion."""
+    """The action of the motion from the problem's attitude to ``last`` in the time h.
+
+    It is h T for a free body, whose kinetic energy T is constant, else Romberg's integral; NaN if
+    no such motion is found.
+    """
     motion = between(problem, last, h, truth, samples=1)
     if motion is None:
         return math.nan
@@ -109,8 +112,12 @@ def exact_lagrangian(problem: Problem, truth: Contender, last: Array, h: float) 
 
 
 def departures(make_method: MakeMethod) -> Iterator[dict[str, Any]]:
-    """Of a steady turn L_d - S, S = J theta^2 / (2 h), over its leading term less 1: that is
-    h^(2 n - 1) J |xi^(n)|^2 ((n - 1)! / (2 n - 2)!)^2 / (2 (2 n - 1)). None at round-off."""
+    """Rows of the relative departure of L_d - S from its leading term in a steady rotation.
+
+    S = J theta^2 / (2 h) is the exact action, and the leading term is
+    h^(2 n - 1) J |xi^(n)|^2 ((n - 1)! / (2 n - 2)!)^2 / (2 (2 n - 1)). Steps whose error is
+    round-off have no row.
+    """
     body = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
     for n, rate in RATES.items():
         ratio = rate * math.factorial(n - 1) / math.factorial(2 * n - 2)
@@ -124,7 +131,7 @@ def departures(make_method: MakeMethod) -> Iterator[dict[str, Any]]:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders of both errors, bases and powers in n, and how the leading term is approached."""
+    """The orders of both errors, their bases and powers in n, and the order of DEPARTURE."""
     numbers: dict[str, Measurement] = {
         f"order of the {quantity}, {name}, n = {n}": readings.order(
             table, floor, study=name, quantity=quantity, n=n

@@ -53,8 +53,9 @@ WHOLE = "change of the momentum in space in a step, relative, base"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Steps by scaled charts and by galvi; each formula beside its truth, at random states; the
-    momentum of steps with the base of the chart held and moved, and of one step against h."""
+    """Distances of steps by scaled charts and by galvi; departures of the formulas from the truth
+    at random states; and changes of the momentum in steps whose chart has its base held or moved,
+    in one step also over h."""
     numbers: dict[str, float] = {}
     for name, make_problem in PROBLEMS.items():
         report(f"steps by scaled charts, {name}")
@@ -108,17 +109,18 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def distance(first: Any, second: Any) -> float:
-    """The largest difference of R and of p."""
+    """The largest difference of two motions in R or p."""
     return np.max([np.max(abs(first.q - second.q)), np.max(abs(first.p - second.p))])
 
 
 def largest_change(y: Array) -> float:
-    """Largest change in a step of momenta (k, 3) or of their sizes (k, 1), over |p|."""
+    """The largest change in a step of momenta (k, 3), or of their sizes (k, 1), over |P0|."""
     return np.max(np.linalg.norm(np.diff(y, axis=0), axis=1)) / np.linalg.norm(P0)
 
 
 def largest_stage_sum(run: Trajectory) -> float:
-    """(3.51) for i = 2 to n - 1 at the curves of galvi's steps, whose xi is -2 times H's."""
+    """The largest sum (3.51) over i = 2 to n - 1 and galvi's steps, whose xi is -2 times H's, over
+    |P0|."""
     c, b = gauss_points(N)
     table = Galerkin(N, c, b, Rotations())
     sums = []
@@ -132,7 +134,7 @@ def largest_stage_sum(run: Trajectory) -> float:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The numbers, and the order of the momentum that is lost in a step."""
+    """The numbers, and the order in h of the momentum that is lost in a step."""
     plain = pick(table, study=NUMBERS)
     numbers: dict[str, Measurement] = dict(zip(plain["quantity"], plain["value"], strict=True))
     for n in ORDERS:
@@ -142,7 +144,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def turned_back(original: Callable[..., Array]) -> Callable[..., Array]:
-    """The formula with the other sign of its cross product."""
+    """The formula with the opposite sign of its cross product, for a planted fault."""
     return lambda first, point: -original(-np.array(first), -np.array(point))
 
 

@@ -1,4 +1,4 @@
-"""H's formulas of 3.4 for the free body in coordinates, as printed, and the same from matrices.
+"""H's formulas of 3.4 for the free body in coordinates, as printed, and their values by matrices.
 
 xi, rate  coordinates of Phi(xi) = (I - X)(I + X)^-1, X = hat(xi), and their time derivatives, (3,)
           or (..., 3), where a, b, c are axes 1, 2, 3; complex ones, too, for derivatives
@@ -24,20 +24,22 @@ from references.textbook.galerkin import Galerkin, Rotations, cayley, hat, vecto
 
 MOMENTS, J_D = np.array([3.3, 2.5, 3.4]), np.diag([1.3, 2.1, 1.2])  # J = tr(J_d) I - J_d
 AS_PRINTED, IN_ORDER = (2, 1, 0), (0, 1, 2)  # the phi that I_1, I_2, I_3 multiply in (3.50)
-SLIP = 2  # c, printed for b in the last line of dL_d / dlambda
-TINY = 1e-200  # of a complex step
-PASSES = 30
-ENOUGH = 1e-13  # a change of xi, of size 1, below which Newton's method is at round-off
+MISPRINTED_INDEX = 2  # c, printed for b in the last line of dL_d / dlambda
+COMPLEX_STEP = 1e-200
+MAX_ITERATIONS = 30
+# Change of xi, whose size is about 1, below which Newton's method has converged:
+CONVERGED_CHANGE = 1e-13
 
 
 def phi(xi: Array, rate: Array) -> Array:
-    """phi(xi_a, xi_b, xi_c), phi(xi_b, xi_c, xi_a), phi(xi_c, xi_a, xi_b), (..., 3)."""
+    """The array of phi(xi_a, xi_b, xi_c), phi(xi_b, xi_c, xi_a) and phi(xi_c, xi_a, xi_b), (...,
+    3)."""
     (a, b, c), (a1, b1, c1) = np.moveaxis(xi, -1, 0), np.moveaxis(rate, -1, 0)
     return np.stack([a1 + b * c1 - c * b1, b1 + c * a1 - a * c1, c1 + a * b1 - b * a1], axis=-1)
 
 
 def lagrangian(xi: Array, rate: Array, pairs: tuple[int, ...] = IN_ORDER) -> Any:
-    """(3.50) in coordinates, I_i with the phi of `pairs`."""
+    """The Lagrangian (3.50) in coordinates, in which I_i multiplies the phi with index pairs[i]."""
     squares = phi(xi, rate)[..., pairs] ** 2
     return 2.0 / (1.0 + np.sum(xi * xi, axis=-1)) ** 2 * np.sum(MOMENTS * squares, axis=-1)
 
@@ -50,11 +52,11 @@ def hat_velocity(xi: Array, rate: Array) -> Any:
 
 
 def stage_terms(xi: Array, rate: Array, value: Any, slope: Any) -> Array:
-    """(3.51) without the sum over j, (..., 3): its terms for phi_i = value, phi_i' = slope, each a
-    number or with more leading axes than xi.
+    """The terms of (3.51), before the sum over j, for phi_i = value and phi_i' = slope, (..., 3).
 
-    The text at hand has lost the dots, and lines of (3.51b, c): with the dots of (3.51a), and the
-    others by the exchange a -> b -> c -> a.
+    `value` and `slope` are numbers, or have further leading axes. The text at hand lacks the dots,
+    and lines of (3.51b, c); here (3.51a) has its dots, and the others follow by the exchange
+    a -> b -> c -> a.
     """
     I, p = MOMENTS, phi(xi, rate)
     size = 1.0 + np.sum(xi * xi, axis=-1)
@@ -69,21 +71,21 @@ def stage_terms(xi: Array, rate: Array, value: Any, slope: Any) -> Array:
 
 
 def composed(first: Any, xi: Any) -> Any:
-    """lambda of 3.4.3, Phi(lambda) = Phi(xi^0) Phi(xi), (3,)."""
+    """lambda of 3.4.3, for which Phi(lambda) = Phi(xi^0) Phi(xi), (3,)."""
     (a0, b0, c0), (a, b, c) = first, xi
     above = [-a - a0 + c * b0 - b * c0, -b - b0 + a * c0 - c * a0, -c - c0 + b * a0 - a * b0]
     return np.array(above) / (-1.0 + a0 * a + b0 * b + c0 * c)
 
 
 def relative(first: Any, point: Any) -> Any:
-    """xi_k of 3.4.3, Phi(xi_k) = Phi(xi^0)^-1 Phi(lambda), (3,)."""
+    """xi_k of 3.4.3, for which Phi(xi_k) = Phi(xi^0)^-1 Phi(lambda), (3,)."""
     (a0, b0, c0), (a, b, c) = first, point
     above = [a - a0 + c * b0 - b * c0, b - b0 + a * c0 - c * a0, c - c0 + b * a0 - a * b0]
     return np.array(above) / (1.0 + a * a0 + b * b0 + c * c0)
 
 
 def inverse_cayley(R: Any) -> Any:
-    """xi of R = Phi(xi), (3,): Cayley's transform once more."""
+    """xi with R = Phi(xi), (3,): Cayley's transform is its own inverse."""
     return vector((np.eye(3) - R) @ np.linalg.inv(np.eye(3) + R))
 
 
@@ -93,13 +95,16 @@ def change_of_chart(first: Array, point: Array) -> Array:
 
 
 def gradient(function: Callable[[Any], Any]) -> Array:
-    """The derivatives at 0 by x (3,), (3, ...), by complex steps."""
-    return np.array([np.imag(function(1j * TINY * e)) / TINY for e in np.eye(3)])
+    """The derivatives of a function of x (3,) at x = 0, (3, ...), by complex steps."""
+    return np.array([np.imag(function(1j * COMPLEX_STEP * e)) / COMPLEX_STEP for e in np.eye(3)])
 
 
 def departures(rng: np.random.Generator) -> dict[str, Any]:
-    """Each formula's relative departure from its truth, at a random state; of (3.50) as printed
-    also where a, b, c are the axes in any order, with either sign."""
+    """Name -> relative departure of a formula from its truth at a random state.
+
+    For (3.50) as printed, there are also the departures with a, b, c as the axes in any order, and
+    with either sign ("reading ...").
+    """
     xi, first, rate = rng.standard_normal((3, 3)) * [[0.5], [0.5], [1.0]]
     value, change = rng.standard_normal(2)
     point = composed(first, xi)
@@ -116,7 +121,7 @@ def departures(rng: np.random.Generator) -> dict[str, Any]:
     by_point = gradient(lambda e: lagrangian(relative(first, point + e), rate))
     by_xi = stage_terms(xi, rate, 1.0, 0.0)
     chart = change_of_chart(first, point)
-    slip = (by_xi[SLIP] - by_xi[1]) * chart[1, 2] * np.eye(3)[2]
+    slip = (by_xi[MISPRINTED_INDEX] - by_xi[1]) * chart[1, 2] * np.eye(3)[2]
     pairs = {
         "Phi(Phi(X)) - X": (inverse_cayley(cayley(xi)), xi),
         "lambda as printed": (point, turned),
@@ -145,7 +150,8 @@ def departures(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
-    """w . J w / 2 - V, analytic in both, of a rigid body, V its weight's."""
+    """The Lagrangian w . J w / 2 - V of a rigid body as a function of R and w, analytic in both; V
+    is the potential of its weight, if any."""
     system: Any = problem.system
     weight = system.potential
 
@@ -158,7 +164,7 @@ def lagrangian_of(problem: Problem) -> Callable[[Array, Array], Any]:
 
 @dataclass(frozen=True)
 class ScaledRotations(Rotations):
-    """SO(3) with Phi(s x), for `references.textbook.galerkin.Galerkin`."""
+    """SO(3) in the scaled chart Phi(s x), for `references.textbook.galerkin.Galerkin`."""
 
     scale: float
 
@@ -171,7 +177,7 @@ class ScaledRotations(Rotations):
         return Rotations().carried(self.scale * x, p)
 
     def velocity(self, x: Array, rate: Array) -> Array:
-        """The angular velocity in the body, (3,)."""
+        """The angular velocity in the body at x with x' = rate, (3,)."""
         return Rotations().velocity(self.scale * x, self.scale * rate)
 
     def tangent(self, x: Array) -> Array:
@@ -185,7 +191,7 @@ class BodySteps:
     Parameters
     ----------
     printed
-        whether D_1 L_d is taken as printed
+        whether to use D_1 L_d as printed
     """
 
     def __init__(self, n: int, m: int, h: float, printed: bool) -> None:
@@ -193,7 +199,7 @@ class BodySteps:
         self.table = Galerkin(n, *gauss_points(m), Rotations())
 
     def stage_sums(self, x: Array) -> Array:
-        """h sum_j b_j (3.51) for every i, (n, 3): the derivatives of the action."""
+        """The derivatives of the action, h sum_j b_j (3.51) for every i, (n, 3)."""
         values, slopes = self.table.phi, self.table.rates / self.h
         terms = stage_terms(values.T @ x, slopes.T @ x, values, slopes)
         return self.h * np.einsum("j,ijk->ik", self.table.b, terms)
@@ -203,15 +209,19 @@ class BodySteps:
         return np.linalg.solve(self.table.chart.tangent(x[-1]).T, sums[-1])
 
     def matched(self, x: Array, sums: Array, p: Array, first: Array) -> Array:
-        """D_2 L_d of the step before plus D_1 L_d of this one, (3,): p the momentum, and first the
-        last coordinates, of the step before."""
+        """D_2 L_d of the previous step plus D_1 L_d of this one, (3,).
+
+        p is the momentum at the end of the previous step, and `first` its last coordinates.
+        """
         chart = self.table.chart
         if self.printed:
             return chart.tangent(first).T @ p + sums[0] @ change_of_chart(first, first)
         return p - chart.carried(x[-1], self.after(x, sums))
 
     def step(self, p: Array, first: Array) -> Array:
-        """x (n, 3) of the step from momentum p by Newton's method; ArithmeticError without one."""
+        """x (n, 3) of the step from momentum p, by Newton's method.
+
+        Raises ArithmeticError if that does not converge."""
         x = np.outer(self.table.nodes, -0.5 * self.h * p / MOMENTS)
 
         def residual(x: Array) -> Array:
@@ -219,16 +229,16 @@ class BodySteps:
             return np.concatenate([sums[1:-1].ravel(), self.matched(x, sums, p, first)])
 
         units = np.eye(x.size)[3:].reshape(-1, *x.shape)
-        for _ in range(PASSES):
-            columns = [residual(x + 1j * TINY * unit).imag / TINY for unit in units]
+        for _ in range(MAX_ITERATIONS):
+            columns = [residual(x + 1j * COMPLEX_STEP * unit).imag / COMPLEX_STEP for unit in units]
             change = np.linalg.solve(np.stack(columns, axis=1), residual(x)).reshape(-1, 3)
             x[1:] -= change
-            if np.max(abs(change)) < ENOUGH:
+            if np.max(abs(change)) < CONVERGED_CHANGE:
                 return x
         raise ArithmeticError(f"no step of {self.h:g}")
 
     def momenta(self, p0: Array, steps: int) -> Array:
-        """Momenta in space, R p, (steps + 1, 3), from R = I."""
+        """The momenta in space, R p, of steps from R = I and p0, (steps + 1, 3)."""
         R, p, first = [np.eye(3)], [p0], np.zeros(3)
         for _ in range(steps):
             x = self.step(p[-1], first)

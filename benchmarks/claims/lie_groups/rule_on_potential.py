@@ -1,7 +1,7 @@
-"""Galerkin steps of a plane pendulum whose kinetic and potential parts have rules of their own.
+"""Galerkin steps of a plane pendulum with separate rules for its kinetic and potential parts.
 
-From numpy alone: polynomials of degree s for the angle, q(t) = q0 + psi(t) x, psi the Legendre
-polynomials of degree 1 to s less their values at 0. Stationary x of
+By numpy alone: the angle is a polynomial of degree s, q(t) = q0 + psi(t) x, where psi are the
+Legendre polynomials of degrees 1 to s minus their values at 0, and x makes stationary
 
     sum_j b_j |q'(c_j)|^2 / 2  -  sum_k B_k V(q(C_k)),   V = -cos q.
 """
@@ -28,20 +28,20 @@ def clenshaw_curtis_points(n: int) -> Rule:
 def pendulum_after(
     q: float, p: float, step: float, steps: int, degree: int, kinetic: Rule, potential: Rule
 ) -> tuple[float, float]:
-    """(q, p) after `steps` steps from (q, p) with polynomials of this degree and (nodes, weights)
-    on [0, 1]; NaN where 200 passes do not converge."""
+    """(q, p) after `steps` steps with polynomials of this degree; both rules are (nodes, weights)
+    on [0, 1]. NaN if the 200 passes of a step do not converge."""
     functions = all_of_degree(degree)[1:]
     du = slopes(functions, kinetic[0])
     stiff = (du * kinetic[1]) @ du.T
     start = values(functions, np.zeros(1))
     psi, end = ((values(functions, s) - start).T for s in (potential[0], np.ones(1)))
-    onto = np.linalg.solve(stiff, (end - psi).T * potential[1])  # of forces, over step^2
-    along = np.linalg.solve(stiff, end[0])  # of the momentum, over step
+    force_map = np.linalg.solve(stiff, (end - psi).T * potential[1])  # of forces, over step^2
+    momentum_map = np.linalg.solve(stiff, end[0])  # of the momentum, over step
     for _ in range(steps):
-        x, change, passes = step * p * along, math.inf, 0
+        x, change, passes = step * p * momentum_map, math.inf, 0
         while change > 2e-16 and passes < 200:
-            after = step * p * along + step**2 * (onto @ -np.sin(q + psi @ x))
-            x, change, passes = after, float(np.max(abs(after - x))), passes + 1
+            next_x = step * p * momentum_map + step**2 * (force_map @ -np.sin(q + psi @ x))
+            x, change, passes = next_x, float(np.max(abs(next_x - x))), passes + 1
         if change > 2e-16:
             return math.nan, math.nan
         p += step * float(potential[1] @ -np.sin(q + psi @ x))

@@ -1,15 +1,15 @@
-"""The error that a step leaves in which the drag's second derivative jumps, derived.
+"""The derived error of a step in which the second derivative of the drag jumps.
 
-About the moment t* in which w = 0 the relative velocity on the axis is c (t - t*) to first order,
+Near the time t* at which w = 0, the relative velocity on the axis is c (t - t*) to first order,
 and the drag per mass is -(k / m) |w| w = -(k / m) c |c| (2 x_+^2 - x^2), with x = t - t* and
 x_+ = max(x, 0). A rule of N + 1 Gauss points integrates x^2 exactly, but x_+^2 with the error
-h^3 e(theta), theta the place of t* in its step of length h:
+h^3 e(theta), where theta is the fraction of its step of length h at which t* lies:
 
     e(theta) = sum_j b_j (c_j - theta)_+^2 - (1 - theta)^3 / 3.
 
-So the velocity after this step is wrong by -2 (k / m) c |c| e(theta) h^3, whatever N is, and the
-height at the end T by that times S = dz(T) / dv(t*). Other errors of this step are of order h^4:
-its place, by h times the velocity's error. Away from it the method has its own order 2 N.
+The velocity after this step is therefore wrong by -2 (k / m) c |c| e(theta) h^3 for any N, and the
+height at the end T by that times S = dz(T) / dv(t*). Other errors of this step are of order h^4,
+such as that of the position, h times the velocity's. Other steps have the method's order 2 N.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
 )
 from benchmarks.measures.independent_space import gauss_points
 
-DIFFERENCE_STEP = 1e-4  # s, and m/s: of central differences, whose error is of its square
+DIFFERENCE_STEP = 1e-4  # s, and m/s; of central differences, whose error is of its square
 
 
 def kink_error(h: float, degree: int, theta: float) -> float:
-    """The derived error of the height at the end, for steps h of which t* is at theta [m]."""
+    """The derived error of the height at the end [m], for a step size h [s] and t* at the fraction
+    theta of its step."""
     return strength() * h**3 * rule_error(theta, degree + 1)
 
 
@@ -57,6 +58,6 @@ def strength() -> float:
 
 
 def rule_error(theta: float, points: int) -> float:
-    """e(theta) of Gauss's rule with so many points on [0, 1]."""
+    """e(theta) of Gauss's rule with `points` points on [0, 1]."""
     t, b = gauss_points(points)
     return float(b @ np.maximum(t - theta, 0.0) ** 2 - (1.0 - theta) ** 3 / 3.0)

@@ -19,9 +19,9 @@ from references.scipy.ivp import DOP853, TIGHT
 from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 ERROR, EULER = "error of the place", "semi-implicit Euler"
-PIECES = 8  # equal parts of the duration, at whose ends errors are measured
+PIECES = 8  # number of equal parts of the duration; errors are measured at their ends
 AWAY, ACROSS = "w away from 0", "w through 0"
-STARTS = {  # place [m] and velocity [m/s]; ACROSS moves along the axis, and w changes its sign once
+STARTS = {  # position [m], velocity [m/s]; ACROSS moves along the axis, where w changes sign once
     AWAY: ((8.5, 0.0, 3.0), (0.0, 1.0, 0.0)),
     ACROSS: ((0.0, 0.0, 14.0), (0.0, 0.0, 0.0)),
 }
@@ -30,15 +30,15 @@ DURATION = {AWAY: 2.0, ACROSS: 0.8}  # s
 
 @cache
 def problem_of(start: str) -> Any:
-    """The particle of 200 micrometres, in m and s."""
+    """The problem of a particle of 200 micrometres from a start, in m and s."""
     return galvi.problems.brownout(200e-6, *STARTS[start])
 
 
 def run_of(
     make_method: MakeMethod, start: str, degree: int, size: int, tolerance: float | None = None
 ) -> Trajectory:
-    """A run by degree N with N + 1 Gauss points (M 6.1), or by semi-implicit Euler for N = 0;
-    `size` steps in each of the PIECES, of which the last is saved."""
+    """A run by polynomials of degree N with N + 1 Gauss points (M 6.1), or by semi-implicit Euler
+    for N = 0, with `size` steps in each of the PIECES; the ends of the pieces are saved."""
     problem, h = problem_of(start), DURATION[start] / (PIECES * size)
     if degree == 0:
         setting = {"step": h, "save_every": size}
@@ -49,15 +49,15 @@ def run_of(
 
 
 def error_of(run: Trajectory, start: str) -> float:
-    """Largest component of the error of the place [m] at the ends of the pieces."""
+    """The largest component of the error of the position [m] at the ends of the pieces."""
     return float(np.max(abs(run.q[1:] - truth(start))))
 
 
 @cache
 def truth(start: str, contender: Contender = DOP853) -> Array:
-    """Places at the ends of the pieces, (PIECES, 3), each a step end of the reference.
+    """Positions at the ends of the pieces, (PIECES, 3) [m], each a step end of the reference.
 
-    The moment in which w is 0, where the drag's second derivative jumps, is a step end too.
+    The time at which w is 0, where the drag's second derivative jumps, is a step end, too.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def truth(start: str, contender: Contender = DOP853) -> Array:
 
 
 def carried(problem: Any, t: float, contender: Contender = DOP853) -> Any:
-    """The problem from time t on: its state there by the reference."""
+    """The problem that starts at time t, from the state of the reference at that time."""
     if t == problem.t0:
         return problem
     setting: Any = TIGHT if contender is DOP853 else {"rtol": 1e-12, "atol": 1e-13}
@@ -84,10 +84,10 @@ def carried(problem: Any, t: float, contender: Contender = DOP853) -> Any:
 
 @cache
 def crossing_time() -> float:
-    """When w is 0 on the way from ACROSS [s].
+    """The time at which w is 0 on the way from ACROSS [s], by a bracketing search on runs.
 
-    By a bracketing search on runs from the start. An error d of this time changes the truth by a
-    multiple of d^3, the integral of a quadratic force over d.
+    An error d of this time changes the truth by a multiple of d^3, the integral of a quadratic
+    force over d.
     """
     problem = problem_of(ACROSS)
     along = (lambda t: relative_velocity(carried(problem, t)), 0.0, DURATION[ACROSS])

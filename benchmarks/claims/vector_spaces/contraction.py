@@ -13,13 +13,14 @@ import galvi
 from benchmarks.claims.kit import Array, Fault, always
 from benchmarks.test_problems.oscillators import HARDENING, PENDULUM, NonlinearOscillator
 
-PASSES = 400
-DONE = 1e-9  # of the first pass: below it differences are rounded
-LOST = 1e9
+MAX_PASSES = 400
+CONVERGED_RATIO = 1e-9  # difference of passes over the first one, below which it is mostly rounding
+DIVERGED_RATIO = 1e9  # difference of passes over the first one, above which the iteration diverges
 
 
 def extremes(numbers: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """For each name the least number, where it begins so, else the largest; NaN if one is."""
+    """For each name that begins with "least" the smallest of its numbers, for others the largest;
+    NaN if one of them is NaN."""
     by_name = {name: [of[name] for of in numbers if name in of] for of in numbers for name in of}
     return {
         name: (np.min if name.startswith("least") else np.max)(sequence)
@@ -39,7 +40,7 @@ class Iteration:
     end : array, shape (unknowns,)
         the step ends at q0 + end x
     norm
-        of x: 2 or inf
+        norm of x: 2 or inf
     """
 
     pull: Array
@@ -49,8 +50,8 @@ class Iteration:
     norm: float
 
     def limit(self, oscillator: NonlinearOscillator) -> float:
-        """The step at which the norm of a pass's derivative reaches 1, at random places and where
-        |V''| is K."""
+        """The step at which the norm of a pass's derivative reaches 1, at random positions and
+        where |V''| is K; infinity for a derivative that is 0."""
         curvatures = oscillator.curvature(oscillator.sample_positions(len(self.places)))
         norms = [np.linalg.norm(self.pull * bend @ self.places, self.norm) for bend in curvatures]
         return float(max(norms)) ** -0.5 if any(norms) else math.inf
@@ -58,26 +59,27 @@ class Iteration:
     def run(
         self, oscillator: NonlinearOscillator, method: Any, h: float, factor: float
     ) -> dict[str, float]:
-        """Down to round-off; NaN where passes do not converge.
+        """Iterate down to round-off; returns numbers by name, NaN if passes do not converge.
 
-        ratio   the largest of successive differences, over the `factor` that bounds it
-        reach   how far stages may come by Banach's theorem, from the first difference, over rho
+        ratio   the largest ratio of successive differences, over the `factor` that bounds it
+        reach   the bound on |q| of the stages by Banach's theorem and the first difference, over
+                rho
         spread  the largest |q| of the stages of all iterates, over rho
-        apart   galvi's step less the fixed point
+        apart   the distance of galvi's step from that of the fixed point
         """
         problem: Any = oscillator.problem()
         (q0,), (v0,) = problem.q0, problem.v0
         iterates, sizes = [np.zeros_like(self.drift)], list[Any]()
-        while len(sizes) < PASSES:
+        while len(sizes) < MAX_PASSES:
             pulled = self.pull @ oscillator.slope(q0 + self.places @ iterates[-1])
             iterates.append(h**2 * pulled - h * v0 * self.drift)
             sizes.append(np.linalg.norm(iterates[-1] - iterates[-2], self.norm))
-            if not 1e-16 < sizes[-1] < LOST * sizes[0]:
+            if not 1e-16 < sizes[-1] < DIVERGED_RATIO * sizes[0]:
                 break
         changes = np.array(sizes)
-        if not changes[-1] <= DONE * changes[0]:
+        if not changes[-1] <= CONVERGED_RATIO * changes[0]:
             return dict.fromkeys(("ratio", "reach", "spread", "apart"), math.nan)
-        ratios = (changes[1:] / changes[:-1])[changes[:-1] > DONE * changes[0]]
+        ratios = (changes[1:] / changes[:-1])[changes[:-1] > CONVERGED_RATIO * changes[0]]
         dual = 1 if self.norm == np.inf else 2
         farthest = np.max(np.linalg.norm(self.places, dual, axis=1)) * changes[0] / (1.0 - factor)
         step = galvi.integrate(problem, method, h, 1, solver="fixed_point")
@@ -90,7 +92,7 @@ class Iteration:
 
 
 def wrong_theory(original: Callable[..., Any]) -> Callable[..., Any]:
-    """`galvi.theory` with constants a millionth off."""
+    """`galvi.theory` with constants that are larger by a millionth."""
 
     def wrong(*method: Any, **of: Any) -> Any:
         theory = original(*method, **of)

@@ -1,4 +1,4 @@
-"""How the errors of Galerkin curves and of step ends keep pace: the last rows of V33."""
+"""Whether the errors of Galerkin curves keep pace with those of step ends: the last rows of V33."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ IN_H_FLOOR = 1e-13  # round-off of the errors in 100 short steps
 
 
 def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str, Any]]:
-    """Both errors of V4 against n by number of steps; against h those of 10 steps (H fig. 2.9), and
-    of 100 those of the curve and of the angular momentum along it (H fig. 2.11)."""
+    """Both errors of V4 over n for each number of steps; over h those of 10 steps (H fig. 2.9), and
+    for 100 steps those of the curve and of the angular momentum along it (H fig. 2.11)."""
     table, common = oracles("oracles", STEP * STEPS, STEPS), (make_method, report)
     for steps in FLOORS:
         cases = [Case(n, STEP, steps) for n in range(12, 51, 2 if quick else 1)]
@@ -57,14 +57,15 @@ def errors_of_curves(make_method: MakeMethod, quick: bool, report: Report) -> li
 
 
 def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
-    """Bases of the step ends' error over the curve's, 1 where both converge at one rate, beside the
-    slowest convergence of polynomials by the steps' places on the orbit; and their orders in h."""
+    """Bases in n of the step ends' error over the curve's, which are 1 if both converge at one
+    rate, with the slowest convergence of polynomials over the steps on the orbit; and orders in
+    h."""
     numbers: dict[str, Measurement] = {"apart": number(table, quantity=ORACLES)}
-    base, plain = "base of the step ends' error over the curve's", []
+    base, plain_bases = "base of the step ends' error over the curve's", []
     for steps, floor in FLOORS.items():
-        n, ends, over = _both(table, "n", floor, study=IN_N % steps)
+        n, ends, over = _errors_above_round_off(table, "n", floor, study=IN_N % steps)
         fit = partial(convergence_fits.geometric, n, over, floor=0.0, ceiling=0.5)
-        plain.append(estimate(fit()))
+        plain_bases.append(estimate(fit()))
         numbers[f"{base}, {steps} steps"] = fit(power=(-POWER[0], 0.0))
         starts = [math.remainder(k * STEP, 2.0 * math.pi) for k in range(steps)]
         slowest = max(convergence_of_polynomials(start, STEP) for start in starts)
@@ -73,11 +74,13 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
     numbers[f"{base} before n = {FROM}, {steps} steps"] = convergence_fits.geometric(
         n[early], over[early], floor=0.0, ceiling=2.0
     )
-    numbers[f"{base}, nearest to 1 over the numbers of steps"] = max(plain, key=_or_lost)
+    numbers[f"{base}, nearest to 1 over the numbers of steps"] = max(
+        plain_bases, key=_unknown_or_largest
+    )
     numbers["plain"] = slowest * math.exp(POWER[0] / FROM)
     curve_over_ends, gains = [], []
     for n in NS:
-        *_, over = _both(table, "step", IN_H_FLOOR, study=fixed_number(10), n=n)
+        *_, over = _errors_above_round_off(table, "step", IN_H_FLOOR, study=fixed_number(10), n=n)
         curve_over_ends.append(readings.largest(1.0 / over))
         where: Any = {"study": fixed_number(STEPS), "n": n}
         orders = (readings.order(table, IN_H_FLOOR, quantity=name, **where) for name in IN_H[STEPS])
@@ -89,17 +92,19 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
             readings.smallest(np.array(curve_over_ends))
         ),
         "order of the angular momentum's error along the curve over the curve's own, largest over "
-        "n": max(gains, key=_or_lost),
+        "n": max(gains, key=_unknown_or_largest),
     }
 
 
-def _or_lost(fitted: Estimate) -> tuple[bool, float]:
-    """A key for `max`: a number that is not known, or else the largest."""
+def _unknown_or_largest(fitted: Estimate) -> tuple[bool, float]:
+    """A key for `max` that prefers an estimate that is refuted or NaN, else the largest one."""
     return fitted.refuted or math.isnan(fitted.value), fitted.value
 
 
-def _both(table: DataFrame, by: str, floor: float, **where: Any) -> tuple[Any, Any, Any]:
-    """n or step, error of step ends, their error over the curve's, above round-off."""
+def _errors_above_round_off(
+    table: DataFrame, by: str, floor: float, **where: Any
+) -> tuple[Any, Any, Any]:
+    """(n or step, error at step ends, that error over the curve's), above round-off."""
     (x, ends), (_, curve) = (
         series(table, by, quantity=quantity, **where) for quantity in ENDS_AND_CURVE
     )

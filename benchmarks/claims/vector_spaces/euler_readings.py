@@ -3,9 +3,9 @@
 H prints h = 0.005 without a unit, and neither the duration nor how a step of implicit Euler is
 solved: all three are scanned here.
 
-What the modified equations say of the energy, to first order in h: for q'' = a(q) the solution of a
-method of order 1 is, up to h^2, that of q' = f + h g. With E = K + V, m the masses and <x> the sum
-of m x over the bodies:
+The modified equations give the change of the energy to first order in h: for q'' = a(q) the
+solution of a method of order 1 is, up to h^2, that of q' = f + h g. With E = K + V, the masses m,
+and <x> for the sum of m x over the bodies:
 
 explicit    dE/dt = h/2 (<|a|^2> - <v . a'(q) v>), so E(T) - E(0) = h (int <|a|^2> - [<v . a>] / 2)
 implicit    the same with -h
@@ -23,11 +23,11 @@ from scipy.integrate import simpson
 
 from benchmarks.claims.kit import ORACLES, Array, Problem, Trajectory, failure, history, rows
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import (
-    DAYS,
+    DAYS_PER_YEAR,
+    DURATION_YEARS,
     INNER,
-    PRINTED,
-    UNIT,
-    YEARS,
+    PRINTED_STEP,
+    YEARS_PER_UNIT,
     least_solvable,
 )
 from benchmarks.measures.errors import energy_errors
@@ -36,8 +36,8 @@ from references.newton import acceleration
 from references.rebound.ias15 import IAS15
 from references.scipy.ivp import DOP853, TIGHT
 
-HALVED = tuple(2.0 * PRINTED / 2.0**k for k in range(5))  # years: 0.01 to 0.000625
-REFINED = 0.02  # years
+HALVED_STEPS = tuple(2.0 * PRINTED_STEP / 2.0**k for k in range(5))  # years: 0.01 to 0.000625
+REFINEMENT_YEARS = 0.02  # years
 EXPLICIT, IMPLICIT, SYMPLECTIC = "explicit Euler", "implicit Euler", "symplectic Euler"
 ENERGY, ORDER = "energy error", "position error after 0.02 years"
 NEAR = "|q + h v| of Mercury over the least with a solution"
@@ -46,7 +46,7 @@ SOLVED = f"{NEAR}, solved steps, least over h, implicit Euler"
 
 
 def work(run: Any) -> tuple[Array, Array]:
-    """<|a|^2> and <v . a> at each saved state, (k,), over the energy at the start."""
+    """<|a|^2> and <v . a> at each saved state over the energy at the start, (k,) each."""
     accelerated, zero_velocity = acceleration(run.problem), np.zeros(run.problem.v0.shape)
     a = np.array([accelerated(q, zero_velocity, run.problem.t0) for q in run.q])
     size = abs(energy(run.problem, run.problem.q0[None], run.problem.v0[None])[0])
@@ -66,41 +66,44 @@ def symplectic_change(run: Trajectory, h: float) -> Array:
     return -0.5 * h * (power - power[0])
 
 
-def refined(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
-    """After 0.02 years, the step halved: errors of the place and, of explicit and implicit Euler,
-    of the energy beyond that of the modified equation, by IAS15's motion; how far DOP853 is from it
-    over the smallest error of a place."""
-    lines, duration = [], REFINED * DAYS
+def refinement_rows(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
+    """Rows for halved steps over REFINEMENT_YEARS years: errors of the position and, for explicit
+    and implicit Euler, the change of energy beyond that of the modified equation on IAS15's motion;
+    and the distance of DOP853 from IAS15 over the smallest error."""
+    lines, duration = [], REFINEMENT_YEARS * DAYS_PER_YEAR
     truth = IAS15.run(system, duration, {"samples": 400})
     slope = explicit_slope(truth)
     for label, contender in contenders.items():
         sign = {EXPLICIT: 1.0, IMPLICIT: -1.0}.get(label)
         for k in range(7):
-            steps = round(REFINED / PRINTED) * 2**k
+            steps = round(REFINEMENT_YEARS / PRINTED_STEP) * 2**k
             run = contender.run(system, duration, {"step": duration / steps})
-            errors = {ORDER: farthest(run, truth)}
+            errors = {ORDER: largest_distance(run, truth)}
             if sign:
                 change = energy_errors(run)[-1] - sign * duration / steps * slope
                 errors["energy change beyond first order in h"] = abs(change)
-            where = {"step": REFINED / steps, "steps": steps, "status": failure(run)}
+            where = {"step": REFINEMENT_YEARS / steps, "steps": steps, "status": failure(run)}
             lines += rows(errors, study=label, **where)
-    distance = farthest(DOP853.run(system, duration, {"samples": 1, **TIGHT}), truth)
+    distance = largest_distance(DOP853.run(system, duration, {"samples": 1, **TIGHT}), truth)
     smallest = np.min([line["value"] for line in lines if line["quantity"] == ORDER])
     name = f"{ORACLES} after 0.02 years, over the smallest position error"
     return lines + rows({name: distance / smallest})
 
 
-def farthest(run: Trajectory, truth: Trajectory) -> float:
-    """The largest distance of a body at the end."""
+def largest_distance(run: Trajectory, truth: Trajectory) -> float:
+    """The largest distance of a body from its true position at the end."""
     return float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
 
 
-def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
-    """Over readings of h: how the energy changes by explicit and symplectic Euler in 20 years, 1
-    for 0.005 days. The motions by 0.005 years."""
+def energy_rows(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]:
+    """Rows on the change of energy by explicit and symplectic Euler over readings of h, in YEARS
+    years, for h = 0.005 days in one year; and the motions for h = 0.005 years."""
     lines, rises, ratios = [], [], []
-    for h, years in (*((h, YEARS) for h in HALVED), (PRINTED / DAYS, 1.0)):
-        count, step = round(years / h), h * DAYS
+    for h, years in (
+        *((h, DURATION_YEARS) for h in HALVED_STEPS),
+        (PRINTED_STEP / DAYS_PER_YEAR, 1.0),
+    ):
+        count, step = round(years / h), h * DAYS_PER_YEAR
         save_every = max(1, count // 4000)
         count -= count % save_every
         setting = {"step": step, "save_every": save_every}
@@ -108,7 +111,7 @@ def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]
         explicit, symplectic = (energy_errors(run) for run in runs)
         rises.append(np.mean(np.diff(explicit) > 0.0))
         ratios.append(np.max(abs(symplectic)) / np.max(abs(explicit)))
-        if years == YEARS:
+        if years == DURATION_YEARS:
             beyond = symplectic - symplectic_change(runs[1], step)
             values = {
                 "largest energy error": np.max(abs(symplectic)),
@@ -116,8 +119,8 @@ def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]
             }
             where = {"step": h, "steps": count, "status": failure(runs[1])}
             lines += rows(values, study=SYMPLECTIC, **where)
-        if h == PRINTED:
-            lines += motion(EXPLICIT, runs[0]) + motion(SYMPLECTIC, runs[1])
+        if h == PRINTED_STEP:
+            lines += motion_rows(EXPLICIT, runs[0]) + motion_rows(SYMPLECTIC, runs[1])
     return lines + rows(
         {
             "share of steps in which the energy rises, least over h, explicit Euler": np.min(rises),
@@ -127,23 +130,23 @@ def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]
     )
 
 
-def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
-    """Implicit Euler over readings of h, in half a year, in which it stops at all of them: how the
-    energy changes, and how near Mercury's steps come to having no solution. The motion by 0.005
-    years."""
+def implicit_rows(contender: Any, system: Any) -> list[dict[str, Any]]:
+    """Rows on implicit Euler over readings of h, in half a year, within which it stops for each h:
+    the change of energy, and the margin of Mercury's steps from having no solution. Also the motion
+    for h = 0.005 years."""
     lines, rises, solved, stopped = [], [], [], []
     mu = system.system.masses[0] + system.system.masses[1]
-    for h in (*HALVED, PRINTED * UNIT):
-        run = contender.run(system, round(0.5 / h) * h * DAYS, {"step": h * DAYS})
+    for h in (*HALVED_STEPS, PRINTED_STEP * YEARS_PER_UNIT):
+        run = contender.run(system, round(0.5 / h) * h * DAYS_PER_YEAR, {"step": h * DAYS_PER_YEAR})
         finite = np.isfinite(run.q).all(axis=(1, 2))
-        drifted = (run.q + h * DAYS * run.v)[finite]
+        drifted = (run.q + h * DAYS_PER_YEAR * run.v)[finite]
         sizes = np.linalg.norm(drifted[:, 1] - drifted[:, 0], axis=-1)
-        margins = sizes / least_solvable(mu, h * DAYS)
+        margins = sizes / least_solvable(mu, h * DAYS_PER_YEAR)
         rises.append(np.mean(np.diff(energy_errors(run)[finite]) > 0.0))
         solved.append(np.min(margins[:-1]))
         stopped.append(np.nan if run.success else margins[-1])
-        if h == PRINTED:
-            lines += motion(IMPLICIT, run)
+        if h == PRINTED_STEP:
+            lines += motion_rows(IMPLICIT, run)
     return lines + rows(
         {
             "share of steps in which the energy rises, largest over h, implicit Euler": np.max(
@@ -155,8 +158,9 @@ def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
     )
 
 
-def motion(label: str, run: Trajectory) -> list[dict[str, Any]]:
-    """Energy errors of all completed steps, and the inner planets from the Sun at every second."""
+def motion_rows(label: str, run: Trajectory) -> list[dict[str, Any]]:
+    """Rows of the energy errors of all completed steps, and of the inner planets' positions
+    relative to the Sun at every second one."""
     finite = np.isfinite(run.q).all(axis=(1, 2))
     lines = history(ENERGY, run.t[finite], energy_errors(run)[finite], study=label)
     lines[-1]["status"] = failure(run)

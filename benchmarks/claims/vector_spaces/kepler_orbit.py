@@ -55,15 +55,15 @@ def problem(start: float = 0.0) -> Problem:
 
 
 def convergence_of_polynomials(start: float, h: float) -> float:
-    """1 / r, r the sum of half-axes of Bernstein's ellipse through the nearest singularity, for a
-    step of length h from the time `start` after the pericentre."""
+    """1 / r for a step of length h from the time `start` after the pericentre, where r is the sum
+    of half-axes of Bernstein's ellipse through the singularity of that pericentre."""
     z = 2.0 * (1j * SINGULARITY - start) / h - 1.0
     r = abs(z + cmath.sqrt(z * z - 1.0))
     return min(r, 1.0 / r)
 
 
 def oracles(study: str, duration: float, samples: int) -> list[dict[str, Any]]:
-    """The row ORACLES: largest component by which IAS15 departs from the closed form."""
+    """The row ORACLES: the largest difference of a component between IAS15 and the closed form."""
     ends = [c.run(problem(), duration, {"samples": samples}).q for c in (KEPLER, IAS15)]
     distance = float(np.max(np.abs(ends[0] - ends[1])))
     return [row(study=study, quantity=ORACLES, value=distance)]
@@ -72,7 +72,7 @@ def oracles(study: str, duration: float, samples: int) -> list[dict[str, Any]]:
 def n_refinement(
     ns: range, quantities: tuple[str, ...], make_method: MakeMethod, report: Report
 ) -> list[dict[str, Any]]:
-    """Series IN_N at h = 2, 100 steps."""
+    """The series IN_N of these quantities, with 100 steps of h = 2."""
     cases = [Case(n, STEP, STEPS) for n in ns]
     return refine(IN_N, problem(), KEPLER, cases, quantities, make_method, report)
 
@@ -83,10 +83,10 @@ def fixed_number(steps: int) -> str:
 
 
 def at_one_time(ns: Iterable[int], quick: bool) -> list[Case]:
-    """Cases at the final time 2; the number of steps grows by the square root of 2."""
+    """Cases with the final time 2; the numbers of steps have the ratio sqrt(2)."""
     return at_fixed_time(ns, 2.0, [round(2.0 ** (j / 2)) for j in range(4, 16 if quick else 19)])
 
 
 def in_as_many_steps(ns: Iterable[int], steps: int, quick: bool) -> list[Case]:
-    """Cases with a fixed number of steps; the step shrinks by the square root of 2."""
+    """Cases with a fixed number of steps; successive step sizes have the ratio 1 / sqrt(2)."""
     return with_fixed_number(ns, steps, [2.0 ** (-j / 2) for j in range(2, 14 if quick else 18)])

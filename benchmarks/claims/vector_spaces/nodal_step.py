@@ -1,8 +1,8 @@
-"""Lagrange bases on given points of a step: their conditioning, and the step that they induce.
+"""Lagrange bases on given points of a step: their conditioning, and the step that they define.
 
-A basis of n polynomials of degree n - 1 on points t_0 = 0 < ... < t_{n-1} = 1. The matrix A of H
-(2.6)-(2.8) at h = 1 has the initial value as its first row, and below it the Gram matrix of slopes
-without the row of the last function.
+A basis has n polynomials of degree n - 1 on points t_0 = 0 < ... < t_{n-1} = 1. The first row of
+the matrix A of H (2.6)-(2.8) at h = 1 is that of the initial value; the others are the Gram matrix
+of slopes without the row of the last function.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ import numpy as np
 from benchmarks.claims.kit import Array
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
 
-SAMPLES = 4001  # times at which a Lebesgue constant is looked for
+SAMPLES = 4001  # times over which a Lebesgue constant is the maximum
 
 
 def chebyshev_points(n: int) -> Array:
-    """H's points, from 0 to 1."""
+    """H's n points, the extrema of Chebyshev's polynomial, from 0 to 1."""
     return np.asarray(0.5 * (1.0 - np.cos(np.pi * np.arange(n) / (n - 1))))
 
 
 def equispaced_points(n: int) -> Array:
-    """Equispaced points from 0 to 1."""
+    """n equispaced points from 0 to 1."""
     return np.linspace(0.0, 1.0, n)
 
 
 def condition(points: Array) -> float:
-    """|A| |A^-1| in the norm of the largest row sum, in double precision from Legendre series."""
+    """The condition |A| |A^-1| in the infinity norm, in double precision from Legendre series."""
     n = len(points)
     t, b = gauss_points(n)
     du = slopes(np.asarray(np.linalg.inv(values(all_of_degree(n - 1), points))), t)
@@ -38,7 +38,8 @@ def condition(points: Array) -> float:
 
 
 def lebesgue(points: Array) -> float:
-    """The largest sum of |l_i(t)| over t in [0, 1], by barycentric weights."""
+    """The Lebesgue constant: the largest sum of |l_i(t)| over SAMPLES times in [0, 1], by
+    barycentric weights."""
     differences = points[:, None] - points
     np.fill_diagonal(differences, 1.0)
     middle = np.setdiff1d(np.linspace(0.0, 1.0, SAMPLES), points)
@@ -46,18 +47,18 @@ def lebesgue(points: Array) -> float:
     return float(np.max(np.sum(abs(parts), axis=1) / abs(np.sum(parts, axis=1))))
 
 
-# In rational arithmetic, points taken as exact numbers: arrays of Fractions.
+# The functions below use rational arithmetic, arrays of Fractions; points are exact numbers.
 
 
 def exact_condition(points: Array) -> float:
-    """As `condition`, from monomials in rational arithmetic, rounded once."""
+    """As `condition`, from monomials in rational arithmetic, with a single rounding."""
     A = np.vstack([np.eye(1, len(points), dtype=int), grams(points)[0][:-1]])
     norm, of_inverse = (np.max(np.sum(abs(matrix), axis=1)) for matrix in (A, inverse(A)))
     return float(norm * of_inverse)
 
 
 def oscillator_step(points: Array, h: Fraction) -> Any:
-    """The matrix (q0, p0) -> (q1, p1) of a step of q'' = -q with exact integrals, not rounded.
+    """The matrix (q0, p0) -> (q1, p1) of a step of q'' = -q with exact integrals, as Fractions.
 
     H (2.3), (2.4): sum_l (K_il / h - h M_il) q_l is -p0 for i = 0, p1 for the last i, else 0.
     """
@@ -70,7 +71,7 @@ def oscillator_step(points: Array, h: Fraction) -> Any:
 
 
 def grams(points: Array) -> tuple[Any, Any]:
-    """Gram matrices of slopes and of values on [0, 1], of Lagrange's polynomials by powers of t."""
+    """The Gram matrices of slopes and of values of Lagrange's polynomials on [0, 1]."""
     n = len(points)
     basis = inverse(np.array([[Fraction(t) ** k for k in range(n)] for t in points.tolist()]))
     of_values = np.array([[Fraction(1, i + k + 1) for k in range(n)] for i in range(n)])

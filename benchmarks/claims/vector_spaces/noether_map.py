@@ -23,23 +23,23 @@ from references.closed_forms.double_double import DoubleDouble
 from references.closed_forms.kepler import KEPLER, flow, orbit
 
 CURVE, LOCAL = "curve", "local motion"
-FINE = 60  # points of the rule that stands for the integral; 40 give the same to 1e-15
+FINE_POINTS = 60  # points of the rule that stands for the integral; 40 give the same to 1e-15
 
 Motion = Callable[[Array], tuple[Array, Array]]  # t (k,) to q and q', (k, 2) each
 
 
 def generator(q: Array) -> Array:
-    """a(q) of rotations, (..., 2)."""
+    """The generator a(q) of rotations, (..., 2)."""
     return np.stack([-q[..., 1], q[..., 0]], axis=-1)
 
 
 def force(q: Array) -> Array:
-    """L_q = -q / |q|^3, (..., 2)."""
+    """The force L_q = -q / |q|^3, (..., 2)."""
     return np.asarray(-q / np.linalg.norm(q, axis=-1, keepdims=True) ** 3)
 
 
 def exact_motion(q0: Array, v0: Array) -> Motion:
-    """The ellipse through (q0, v0), rounded once."""
+    """The motion on the ellipse through (q0, v0), from double-double arithmetic."""
     ellipse: Any = orbit(Decimal(1), *([Decimal(x) for x in y.tolist()] for y in (q0, v0)))
     position, velocity = (DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0))
 
@@ -51,7 +51,7 @@ def exact_motion(q0: Array, v0: Array) -> Motion:
 
 
 def momentum(at: tuple[Array, Array], phi: Array, h: float) -> Array:
-    """-h sum_j b_j (L_q phi + L_v phi'), (2,), of q and q' at the points of Gauss's rule."""
+    """-h sum_j b_j (L_q phi + L_v phi'), (2,); `at` is (q, q') at the points of Gauss's rule."""
     q, v = at
     s, b = gauss_points(len(q))
     weak = force(q) * values(phi[None], s)[0][:, None] + v * slopes(phi[None], s)[0][:, None] / h
@@ -60,14 +60,16 @@ def momentum(at: tuple[Array, Array], phi: Array, h: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step of a run beside the exact motion between the same two points.
+    """A step and the exact motion between the same two points.
 
     Attributes
     ----------
     run
-        one step
+        a run of one step
     points
-        of its Gauss rule
+        number of points of its Gauss rule
+    exact
+        the exact motion, with samples at the points of the fine rule
     """
 
     run: Trajectory
@@ -90,31 +92,31 @@ class Step:
         return {CURVE: lambda t: (self.run(t), self.run.velocity(t)), LOCAL: exact}
 
     @cached_property
-    def sampled(self) -> dict[tuple[str, int], tuple[Array, Array]]:
-        """q and q' of both at the points of the step's rule and of the fine one."""
+    def samples(self) -> dict[tuple[str, int], tuple[Array, Array]]:
+        """(motion, number of points) -> q and q' of that motion at the points of that rule."""
         return {
             (name, points): motion(self.h * gauss_points(points)[0])
             for name, motion in self.motions.items()
-            for points in (self.points, FINE)
+            for points in (self.points, FINE_POINTS)
         }
 
     def noether(self, name: str, phi: Array) -> float:
-        """I_d of the CURVE or the LOCAL motion."""
-        return float(momentum(self.sampled[name, self.points], phi, self.h) @ self.a)
+        """The Noether map I_d of the CURVE or the LOCAL motion."""
+        return float(momentum(self.samples[name, self.points], phi, self.h) @ self.a)
 
     def rule_error(self, name: str, phi: Array) -> Array:
-        """e_q: what the rule adds to the integral of L_q phi + L_v phi', (2,)."""
-        few, many = (self.sampled[name, points] for points in (self.points, FINE))
+        """The error e_q of the rule for the integral of L_q phi + L_v phi', (2,)."""
+        few, many = (self.samples[name, points] for points in (self.points, FINE_POINTS))
         return momentum(many, phi, self.h) - momentum(few, phi, self.h)
 
     @cached_property
     def norms(self) -> dict[str, float]:
         """Norms of curve minus exact motion: L^1 and L^infinity of q and q', L^infinity of q''.
 
-        The largest are over samples, so at most the true ones.
+        L^infinity norms are maxima over samples, and so at most the true norms.
         """
-        t, weights = self.exact.t, self.h * gauss_points(FINE)[1]
-        of_curve, of_motion = self.sampled[CURVE, FINE], self.sampled[LOCAL, FINE]
+        t, weights = self.exact.t, self.h * gauss_points(FINE_POINTS)[1]
+        of_curve, of_motion = self.samples[CURVE, FINE_POINTS], self.samples[LOCAL, FINE_POINTS]
         distance, rate = (
             np.linalg.norm(x - y, axis=1) for x, y in zip(of_curve, of_motion, strict=True)
         )
@@ -136,11 +138,11 @@ class Step:
 
     @property
     def lipschitz(self) -> float:
-        """L_1, the largest |V''| = 2 / r^3 on all segments between curve and motion."""
+        """A bound L_1 on |V''| = 2 / r^3 on all segments between curve and motion."""
         least_radius = np.min(np.linalg.norm(self.exact.q, axis=1)) - self.norms["q"]
         return float(2.0 / least_radius**3) if least_radius > 0.0 else math.inf
 
-    def right(self, phi: Array) -> tuple[float, float]:
+    def right_side(self, phi: Array) -> tuple[float, float]:
         """H's C = max(L_1 + L_3, 2 L_2) |phi_1| + 1, with L_2 = m = 1 and the L_3 = L_1 of motions,
         on which d/dt L_v = L_q; and the norms on the right of lemma 2.3.3."""
         largest = float(np.max(abs(values(phi[None], np.linspace(0.0, 1.0, 201)))))
@@ -149,7 +151,7 @@ class Step:
 
 
 def step_of(problem: Problem, run: Trajectory, points: int) -> Step | None:
-    """The step beside its exact motion, where both were found."""
+    """The step with its exact motion; None for a failed run, or if that motion is not found."""
     if not run.success:
         return None
     motions = BoundaryValueMotion(problem, float(run.t[1] - run.t[0]), KEPLER)

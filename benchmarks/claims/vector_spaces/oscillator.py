@@ -27,5 +27,5 @@ def method_of(make_method: MakeMethod, n: int) -> Any:
 def refinement(
     study: str, cases: Iterable[Case], make_method: MakeMethod, report: Report
 ) -> list[dict[str, Any]]:
-    """Series of the one-step error."""
+    """Rows of the one-step error of these cases."""
     return refine(study, problem(), OSCILLATOR, cases, (QUANTITY,), make_method, report, method_of)

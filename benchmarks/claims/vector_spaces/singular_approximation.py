@@ -1,11 +1,10 @@
 """Best polynomials for motions with u'' ~ |t - t*|^-b, in closed form and by quadrature.
 
 M (section 2): |u|_X^2 = int |u'|^2 dt + |u(h)|^2 / h on a subinterval of length h. The best
-polynomial of degree N has u's value at the end, and as derivative the orthogonal projection of u'
-on degree N - 1, so that the error is that of Legendre's series of u' in L^2.
+polynomial of degree N equals u at the end, and its derivative is the orthogonal projection of u'
+onto degree N - 1, so that the error is that of the Legendre series of u' in L^2.
 
-With X in [-1, 1], y the place of the singularity there, and a > -1 (Bateman's integral),
-z = (1 - y) / 2,
+For X in [-1, 1], the singularity y there, a > -1 and z = (1 - y) / 2 (Bateman's integral),
 
     int_y^1 (X - y)^a P_k(X) dX = 2^(a+1) z^(a+1) / (a + 1) F(-k, k + 1; a + 2; z),
 
@@ -27,7 +26,7 @@ from benchmarks.measures.independent_space import gauss_points
 
 gauss_once = lru_cache(maxsize=64)(gauss_points)
 RESOLUTION = 1e-9
-GRADE = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
+GRADING_POWER = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
 
 
 def closed_errors(
@@ -42,18 +41,20 @@ def closed_errors(
 
     Notes
     -----
-    |u'|^2 less the squares of its Legendre coefficients. NaN where this difference, of which about
-    1e-15 of |u'|^2 is rounding, is below RESOLUTION of it.
+    It is the root of |u'|^2 minus the squares of its Legendre coefficients. NaN if this difference,
+    whose rounding error is about 1e-15 |u'|^2, is below RESOLUTION |u'|^2.
     """
     power = 1.0 - b
     half, y = 0.5 * (stop - start), (2.0 * singularity - start - stop) / (stop - start)
     k = np.arange(max(degrees))
     sides = _side(k, power, y) - (-1.0) ** k * _side(k, power, -y)
     squares = half * (k + 0.5) * (half**power / power * sides) ** 2
-    twice = 2.0 * power + 1.0
-    total = ((stop - singularity) ** twice + (singularity - start) ** twice) / (twice * power**2)
-    left = total - np.cumsum(squares)[np.asarray(degrees) - 1]
-    return np.sqrt(np.where(left > RESOLUTION * total, left, np.nan))
+    exponent = 2.0 * power + 1.0
+    total = ((stop - singularity) ** exponent + (singularity - start) ** exponent) / (
+        exponent * power**2
+    )
+    squared_errors = total - np.cumsum(squares)[np.asarray(degrees) - 1]
+    return np.sqrt(np.where(squared_errors > RESOLUTION * total, squared_errors, np.nan))
 
 
 def _side(k: Any, a: float, y: float) -> Array:
@@ -67,8 +68,9 @@ def _side(k: Any, a: float, y: float) -> Array:
 def quadrature_error(
     motion: Motion, singularity: float, start: float, stop: float, degree: int
 ) -> float:
-    """As `closed_errors`, for one degree and any motion, by quadrature graded towards t*."""
-    t, w = graded_nodes(singularity, start, stop, GRADE * degree + 60)
+    """The error of the best polynomial of one degree to any motion, by quadrature that is graded
+    towards t*."""
+    t, w = graded_nodes(singularity, start, stop, GRADING_POWER * degree + 60)
     return float(
         residual_norms(motion, t[None], w[None], np.array([start]), np.array([stop]), degree)[0]
     )
@@ -80,11 +82,11 @@ def path_error(run: Trajectory, motion: Motion, singularity: float) -> float:
 
 
 def graded_nodes(singularity: float, start: float, stop: float, points: int) -> tuple[Array, Array]:
-    """Nodes and weights on [start, stop], graded towards t* where it is inside or at an end."""
+    """Nodes and weights on [start, stop], graded towards t* if it is inside or at an end."""
     s, b = gauss_once(points)
     if not start <= singularity <= stop:
         return start + (stop - start) * s, (stop - start) * b
-    grown, weights = s**GRADE, GRADE * s ** (GRADE - 1) * b
+    grown, weights = s**GRADING_POWER, GRADING_POWER * s ** (GRADING_POWER - 1) * b
     parts = [end - singularity for end in (start, stop) if end != singularity]
     t = np.concatenate([singularity + length * grown for length in parts])
     return t, np.concatenate([abs(length) * weights for length in parts])

@@ -1,7 +1,7 @@
-"""M's solution maps, exact and discrete: how far two solutions are apart, and bounds on it.
+"""M's solution maps, exact and discrete: differences of two solutions, and bounds on them.
 
-|u|_X^2 = |u'|^2 + |u(h)|^2 / h; K the Lipschitz constant of F = grad V - f, m the least of mu, and
-eta = 3 K h^2 / (m z0^2). d, the difference of two solutions, has data that differ by du and dp.
+|u|_X^2 = |u'|^2 + |u(h)|^2 / h; K is the Lipschitz constant of F = grad V - f, m the minimum of mu,
+and eta = 3 K h^2 / (m z0^2). d is the difference of two solutions whose data differ by du and dp.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from benchmarks.measures.independent_space import (
 from benchmarks.test_problems.oscillators import PENDULUM
 from references.scipy.ivp import TIGHT
 
-POINTS = 40  # of exact integrals
+POINTS = 40  # Gauss points for integrals that stand for exact ones
 Motions = Callable[[Array, Array, Array], tuple[Array, Array]]
 
 
@@ -69,10 +69,11 @@ def pull(h: float, constant: float) -> float:
 
 
 def bounds(h: float, du: Array, dp: Array, constant: float = 1.0) -> tuple[Array, ...]:
-    """On |d|_X, |dp_h| and their sum, K = m = 1.
+    """Bounds on |d|_X, |dp_h| and their sum for K = m = 1, (count,) each.
 
-    v = d - d(h) in (2), proposition 1 with m / 3 and |du|_X = |du| / sqrt(h) give the first; v = 1
-    and Friedrichs' inequality the second; the third is their sum in terms of |du| + |dp|.
+    The first follows from v = d - d(h) in (2), proposition 1 with m / 3, and |du|_X = |du| /
+    sqrt(h); the second from v = 1 and Friedrichs' inequality; the third is their sum in terms of
+    |du| + |dp|.
     """
     root, left = math.sqrt(h), 1.0 - eta(h, constant)
     path = (abs(du) / root + 3.0 * root * abs(dp)) / left
@@ -82,7 +83,8 @@ def bounds(h: float, du: Array, dp: Array, constant: float = 1.0) -> tuple[Array
 
 
 def differences(count: int) -> tuple[Array, ...]:
-    """Random data u0, p0 and differences du, dp, (count,): one with dp = 0, one with du = 0."""
+    """Random data u0, p0 and differences du, dp, (count,) each; the first pair has dp = 0, the
+    second du = 0."""
     rng = np.random.default_rng(0)
     u0, p0 = rng.uniform(-2.0, 2.0, (2, count))
     du, dp = rng.normal(size=(2, count)) * 10.0 ** rng.uniform(-3.0, 0.0, count)
@@ -117,9 +119,12 @@ def discrete_sizes(method: Any, h: float, pairs: tuple[Array, ...]) -> tuple[Arr
 
 
 def opposed(power: int) -> tuple[float, float, float, float]:
-    """Of {1, (1 - t)^k} with the midpoint rule, mu = h = 1: the inf-sup constant; T_N; and for the
-    V = -K u^2 / 2 that makes (8) singular, K from phi = 1 - (1 - t)^k in closed form, eta C_N^2 and
-    the least singular value of (8) in (u, p_h) over the largest."""
+    """Constants of the space {1, (1 - t)^k} with the midpoint rule, for mu = h = 1.
+
+    Returns the inf-sup constant; T_N; and, for the V = -K u^2 / 2 that makes (8) singular, with K
+    from phi = 1 - (1 - t)^k in closed form, eta C_N^2 and the smallest singular value of (8) in
+    (u, p_h) over the largest.
+    """
     falling = legendre.poly2leg(polynomial.polypow([0.5, -0.5], power))
     functions = np.stack([np.eye(1, power + 1)[0], falling])
     by_rule, q = grams(functions, *gauss_points(1)), 2.0**-power

@@ -29,21 +29,21 @@ from benchmarks.measures.independent_space import (
 )
 from benchmarks.test_problems.oscillators import FREQUENCY, GROWING_MASS, GROWTH, PENDULUM
 
-FLOOR = 1e-12  # of |u - u_N|_X; below it round-off is seen
+FLOOR = 1e-12  # |u - u_N|_X below which the error is mostly round-off
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A motion u on steps from an exact state.
+    """A motion u whose steps are compared from an exact state.
 
     Attributes
     ----------
     mass, slope
-        mu of t, F of (t, u)
+        t -> mu, and (t, u) -> F
     motion
-        t -> (u, u'), t increasing and not before t0
+        t -> (u, u'), for increasing t from t0 on
     problem
-        from the exact state at t0
+        () -> the problem from the exact state at t0
     constants
         h -> K, m, M on [t0, t0 + h]
     """
@@ -92,14 +92,18 @@ COMPARISONS = (
 
 
 def dual(functions: Array, energy: Array) -> Array:
-    """Onto coordinates whose norm is that of a functional of z, z(h) = 0, over |z|_X."""
+    """The matrix onto coordinates whose norm is the dual norm of a functional of z with z(h) = 0:
+    its supremum over |z|_X."""
     _, ends = kernels(functions)
     return np.linalg.inv(np.linalg.cholesky(ends.T @ energy @ ends)) @ ends.T
 
 
 def consistency(case: Comparison, rule: tuple[Array, Array], degree: int, h: float) -> Any:
-    """The terms of theorem 3: I_2, the least over v_N in X_N of the root of |u - v_N|_X^2 +
-    (sup_z (a - a_N)(v_N, z) / |z|_X)^2, at most I with the sum of both; and Q, the supremum with F.
+    """The terms I_2 and Q of theorem 3.
+
+    I_2 is the minimum over v_N in X_N of the root of |u - v_N|_X^2 + (sup_z (a - a_N)(v_N, z) /
+    |z|_X)^2, which is at most the printed I, the minimum of the sum of both; Q is the supremum with
+    F.
     """
     functions = all_of_degree(degree)
     (s, w), (t, b) = gauss_points(POINTS), rule
@@ -121,7 +125,7 @@ def consistency(case: Comparison, rule: tuple[Array, Array], degree: int, h: flo
 
 
 def terms(case: Comparison, method: Any, degree: int, h: float) -> tuple[float, ...] | None:
-    """What theorem 3 comes to for one step; None where its error is round-off:
+    """Four ratios of theorem 3 for one step; None if its error is round-off, NaN if it fails:
 
     (1 - Lambda_N C_N^2 eta) |u - u_N|_X as printed, and (1 - C_N z0 eta / (sqrt(2) lambda_N))
     |u - u_N|_X as proved, over (1 + sqrt(2) + 3 M / (m lambda_N^2)) I_2 + 3 / (m lambda_N^2) Q;

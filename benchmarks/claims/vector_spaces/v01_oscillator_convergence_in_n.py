@@ -30,7 +30,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Decay and smallest of both errors."""
+    """The decay and the smallest value of both errors."""
     decays = {name: readings.decay(table, FLOOR, quantity=name) for name in ENDS_AND_CURVE}
     return {
         **{f"base of the {name}": decay for name, decay in decays.items()},

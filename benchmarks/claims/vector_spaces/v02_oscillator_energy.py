@@ -21,8 +21,8 @@ from benchmarks.measures.refinement import history
 from references.closed_forms.oscillator import OSCILLATOR, oscillator_step
 
 QUANTITY = "energy error"
-WATCHED = 14  # the n of H figure 2.5
-LONG = 4000  # steps of its history; H shows 100
+HISTORY_N = 14  # the n of H figure 2.5
+HISTORY_STEPS = 4000  # steps of its history; H shows 100
 FLOOR = 1e-11
 
 
@@ -32,32 +32,33 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     problem = galvi.problems.harmonic_oscillator()
     cases = [Case(n, STEP, STEPS) for n in (range(12, 27) if quick else range(8, 31))]
     rows = refine("n-refinement", problem, OSCILLATOR, cases, [QUANTITY], make_method, report)
-    watched = Case(WATCHED, STEP, LONG)
+    watched = Case(HISTORY_N, STEP, HISTORY_STEPS)
     rows += history("history", problem, watched, {QUANTITY: energy_errors}, make_method)
     return frame(rows)
 
 
 def round_off() -> float:
-    """What rounding can add to the energy error in LONG steps, to first order, all of one sign.
+    """The energy error that rounding can add in HISTORY_STEPS steps, to first order, if all
+    roundings have the same sign.
 
-    The terms of the stages' equations (1 + h^2 A) Q = q + c h v are rounded by 2^-53 of their
-    sizes, as is the table; their inverse carries this into Q, and the sums p - h b.Q and
-    q + h v - h^2 beta.Q into the state, which is rounded too. q and p are at most 1.
+    The terms of the stages' equations (1 + h^2 A) Q = q + c h v and the table are rounded by 2^-53
+    of their sizes. The inverse carries this into Q, and the sums p - h b.Q and q + h v - h^2 beta.Q
+    carry it into the state, which is rounded, too. q and p are at most 1.
     """
-    table = galvi.Galerkin(galvi.Polynomials(WATCHED - 1), galvi.gauss(2 * WATCHED)).table
+    table = galvi.Galerkin(galvi.Polynomials(HISTORY_N - 1), galvi.gauss(2 * HISTORY_N)).table
     inverse = np.linalg.inv(np.eye(len(table.c)) + STEP**2 * table.A)
     Q = np.abs(np.sum(inverse, axis=1)) + np.abs(inverse @ (STEP * table.c))
     terms = Q + STEP**2 * np.abs(table.A) @ Q + 1.0 + STEP * table.c
-    off = np.abs(inverse) @ terms + Q
-    kick, bend = STEP * table.b @ off, STEP**2 * table.beta @ off
-    return float(LONG * 2.0**-53 * 2.0 * ((1.0 + kick) + (1.0 + STEP + bend)))
+    stage_errors = np.abs(inverse) @ terms + Q
+    kick, bend = STEP * table.b @ stage_errors, STEP**2 * table.beta @ stage_errors
+    return float(HISTORY_STEPS * 2.0**-53 * 2.0 * ((1.0 + kick) + (1.0 + STEP + bend)))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Whether the error decays geometrically, and for n = 14 is as the form predicts that the
-    step's matrix conserves, without drift."""
-    form = oscillator_step(WATCHED - 1, round(STEP))
-    predicted = float(np.max(np.abs(form.energy_errors(LONG))))
+    """The decay of the error, and for n = 14 its drift and its size over the prediction of the
+    quadratic form that the step's matrix conserves."""
+    form = oscillator_step(HISTORY_N - 1, round(STEP))
+    predicted = float(np.max(np.abs(form.energy_errors(HISTORY_STEPS))))
     drift = readings.drift(table, study="history", quantity=QUANTITY)
     return {
         "base of the energy error": readings.decay(

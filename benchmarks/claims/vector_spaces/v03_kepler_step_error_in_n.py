@@ -42,8 +42,8 @@ POWER = (0.25, 0.25)  # g and its error
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series 'n-refinement' of the one-step error, the same of one step whose middle is the
-    pericentre, and the distance between the two references."""
+    """Series 'n-refinement' of the one-step error, such a series for a single step whose middle is
+    the pericentre, and the distance between the two references."""
     ns = range(8, 55, 3) if quick else range(7, 61)
     rows = n_refinement(ns, (QUANTITY,), make_method, report)
     cases = [Case(n, STEP, 1) for n in range(8, 46, 3 if quick else 1)]
@@ -53,7 +53,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The fitted bases of many steps and of one, and that of one by theory."""
+    """The fitted bases for many steps and for one, and the latter by theory."""
     distance = number(table, quantity=ORACLES)
     return {
         "base of the one-step error": readings.base(

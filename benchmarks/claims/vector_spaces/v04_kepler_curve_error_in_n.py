@@ -25,7 +25,7 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     oracles,
 )
 
-FROM = 33  # n
+FROM = 33  # smallest n of the fit to the curve's error
 
 # Legendre coefficients of q', singular like (t - t*)^(-1/2), are of size n^0 r^-n. The curve leaves
 # out what lies above degree n - 1: its error is near the integral of P_(n - 1), of size n^(-3/2)
@@ -42,8 +42,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The base from n = 33 on, and the n at which the two fitted lines cross: the largest at which
-    the error of step ends is not below that of the curve."""
+    """The base of the curve's error from n = 33 on, and the n at which both fits cross: the largest
+    n at which the error of step ends is at least that of the curve."""
     series = table[table["study"] == IN_N]
     ends = readings.base(series, FLOOR, quantity=ENDS_AND_CURVE[0], power=v03.POWER)
     curve = readings.base(series, FLOOR, FROM, quantity=ENDS_AND_CURVE[1], power=POWER)

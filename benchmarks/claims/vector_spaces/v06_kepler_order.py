@@ -31,7 +31,7 @@ FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
 FIXED_NUMBER = fixed_number(10)
 CANDIDATE = f"{FIXED_TIME}, Clenshaw-Curtis n"
 ENDS, CURVE = ENDS_AND_CURVE
-ORDERS = {  # of which quantity in which study
+ORDERS = {  # name of an order -> its study and quantity
     "one-step error, n = {}, fixed T": (FIXED_TIME, ENDS),
     "one-step error, n = {}, fixed number of steps": (FIXED_NUMBER, ENDS),
     "one-step error with Clenshaw-Curtis n, n = {}": (CANDIDATE, ENDS),

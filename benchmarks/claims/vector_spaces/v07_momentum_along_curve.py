@@ -32,11 +32,11 @@ from references.closed_forms.kepler import KEPLER
 NS = (3, 4, 5, 6, 7, 8)
 FLOOR = 1e-13
 ENERGY, ANGULAR = INVARIANTS
-NUMBER = {ENERGY: 10, ANGULAR: 100}  # of steps
+NUMBER = {ENERGY: 10, ANGULAR: 100}  # quantity -> fixed number of steps
 ELSEWHERE, START, EVEN = "h-refinement, 100 steps from t = 1", 1.0, 4
 SHORT = SINGULARITY / 3.0  # total time below which the orbit is still near the pericentre
-SMALL_STEPS = {ENERGY: (10, 10, 10, 10), ANGULAR: (100, 100, 10, 10)}  # of n = 3 to 6: numbers of
-# steps whose errors for N h < SHORT are above round-off
+# Quantity -> numbers of steps N for n = 3 to 6, such that errors for N h < SHORT exceed round-off:
+SMALL_STEPS = {ENERGY: (10, 10, 10, 10), ANGULAR: (100, 100, 10, 10)}
 
 
 FAULTS = {
@@ -62,8 +62,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders: of each n over one range of h, as h tends to 0, from another point, for a fixed
-    time; and what the order of the angular momentum gains with n."""
+    """The orders for each n: over one range of h, as h tends to 0, from another point, and for a
+    fixed time; and the increase of the order of the angular momentum with n."""
 
     def order(quantity: str, n: int, number: int, above: float, below: float = np.inf) -> Fit:
         rows = pick(table, study=fixed_number(number), quantity=quantity, n=n)

@@ -24,18 +24,18 @@ MEASURES = {"energy error": energy_errors, "angular momentum error": angular_mom
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series 'history' of both relative errors at step ends, from (q, p); the largest energy errors
-    of short runs from all over the orbit."""
+    """Series 'history' of both relative errors at step ends, from (q, p); and the largest energy
+    errors of short runs from states round the orbit."""
     rows = history("history", problem(), Case(8, STEP, 10000), MEASURES, make_method)
     rows += short_runs("energy error", problem(), KEPLER, math.tau, method_of(make_method, 8), STEP)
     return frame(rows)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Both drifts; the limit of the energy's; and what rounding may add to the angular momentum.
+    """Both drifts; the limit of the energy error; and, as `rounding`, that of the angular momentum.
 
-    q and p rounded once a step change L = q x p by at most 2^-52 |q| |p|, and |q| |p| <= 1 =
-    L / 0.8 on this orbit: the sum, should all roundings have one sign.
+    Rounding q and p once a step changes L = q x p by at most 2^-52 |q| |p|, and |q| |p| <= 1 =
+    L / 0.8 on this orbit; `rounding` is the sum over all steps, as if all had the same sign.
     """
     drifts = {
         f"{quantity}, n = 8": readings.drift(table, study="history", quantity=quantity)

@@ -37,13 +37,13 @@ STEP, STEPS = 100.0, 100
 N, NS = 25, (21, 29, 33, 37, 41)  # H's n, and others for the rate
 SAMPLES = 5000  # of the orbits, every 2 days
 INNER = ("Mercury", "Venus", "Earth", "Mars")  # those of H figure 2.14
-MERCURY = 1  # its place among the bodies
+MERCURY = 1  # index among the bodies
 VISIBLE = 1e-3  # of an orbit's size: 0.1 mm, the width of a line, in a figure 10 cm across
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series of `LongSteps`, the inner planets watched and the shapes those of n = 25; Mercury's
-    largest distance between the two references at ten times."""
+    """Series of `LongSteps` for the inner planets, with shapes for n = 25; and the largest distance
+    of Mercury between the two references at ten times."""
     problem = galvi.problems.solar_system()
     table = LongSteps(problem, STEP, STEPS, (N, *NS), INNER, SAMPLES).study(make_method, report)
     runs = [oracle.run(problem, STEP * STEPS, {"samples": 10}) for oracle in (IAS15, STORED_TRUTH)]
@@ -53,18 +53,19 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def bounds() -> dict[str, float]:
-    """What would be visible, what the Kepler frame leaves, and the factor of Mercury's error for
-    each n.
+    """Bounds by name: visible errors, errors that the Kepler frame leaves, and the base of
+    Mercury's error in n.
 
-    An error dE of Mercury's own energy E_M, kept for all N revolutions, changes its mean motion by
-    3/2 dE / E_M and so moves it by 3 pi N dE / E_M mean distances.
+    An error dE of Mercury's own energy E_M, constant over all N revolutions, changes its mean
+    motion by 3/2 dE / E_M and so moves it by 3 pi N dE / E_M mean distances.
 
-    What pulls the inner planets, besides the Sun, is less than the heaviest planet's part of it.
+    The pull on the inner planets of bodies other than the Sun is assumed to be less than the ratio
+    of the heaviest planet's mass to the Sun's, relative to the Sun's pull.
 
-    Kepler's orbit is singular where 1 = e cos E: at the complex time i t*, t* = (P / 2 pi)
-    (arcosh 1/e - sqrt(1 - e^2)), from the perihelion. With that in the middle of a step, on
-    [-1, 1] at i y, y = 2 t* / h, polynomials converge by 1 / rho, rho = y + sqrt(1 + y^2), and step
-    ends by its square.
+    Kepler's orbit is singular where 1 = e cos E: at the complex time i t* from the perihelion, t* =
+    (P / 2 pi) (arcosh 1/e - sqrt(1 - e^2)). In a step about the perihelion, which is [-1, 1], this
+    is i y with y = 2 t* / h; polynomials converge like rho^-n with rho = y + sqrt(1 + y^2), and
+    step ends like its square.
     """
     problem: Any = galvi.problems.solar_system()
     masses, G = problem.system.masses, problem.system.G
@@ -126,7 +127,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def slower(table: DataFrame) -> None:
-    """Errors by a base that is larger by 8 %."""
+    """Change errors as by a base in n that is larger by 8 %, for a planted fault."""
     errors = table["quantity"].isin([DISTANCE, ENERGY])
     table.loc[errors, "value"] *= 1.08 ** table.loc[errors, "n"]
 

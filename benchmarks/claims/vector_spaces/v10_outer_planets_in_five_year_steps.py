@@ -30,14 +30,14 @@ OUTER = ("Jupiter", "Saturn", "Uranus", "Neptune", "Pluto")  # those of H figure
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Series of `LongSteps` for n = 25, the outer planets watched."""
+    """Series of `LongSteps` for n = 25 and the outer planets."""
     problem = galvi.problems.outer_solar_system()
     return LongSteps(problem, STEP, STEPS, (N,), OUTER, SAMPLES).study(make_method, report)
 
 
 def read(table: DataFrame) -> dict[str, float]:
-    """Distances to IAS15, energy, and the shape of the orbits; their change over 42, 17 and 6
-    revolutions, without Neptune and Pluto, which do three and two."""
+    """Distances to IAS15, energy, and the shape of the orbits; its change over 42, 17 and 6
+    revolutions of Jupiter, Saturn and Uranus (Neptune and Pluto complete only three and two)."""
     of_25 = {
         "farthest planet from IAS15 at the end [au]": worst(table, OUTER, AT_END, "n = 25"),
         "energy error": number(table, quantity=ENERGY),

@@ -27,11 +27,16 @@ from benchmarks.claims.vector_spaces.euler_readings import (
     SOLVED,
     STOPPED,
     SYMPLECTIC,
-    energies,
-    refined,
-    stops,
+    energy_rows,
+    implicit_rows,
+    refinement_rows,
 )
-from benchmarks.claims.vector_spaces.implicit_euler_orbit import DAYS, PRINTED, SMALLER, escapes
+from benchmarks.claims.vector_spaces.implicit_euler_orbit import (
+    DAYS_PER_YEAR,
+    PRINTED_STEP,
+    SMALLER,
+    escapes,
+)
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 from references.textbook.implicit_euler import IMPLICIT_EULER
 
@@ -44,12 +49,16 @@ def problem() -> Problem:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """`refined`, `energies`, `stops`, `escapes`, and what is gone where unconverged steps are
-    accepted."""
+    """The rows of `refined`, `energies`, `stops` and `escapes`, and the number of planets that are
+    lost if unconverged steps are accepted."""
     system = problem()
-    lines = refined(METHODS, system) + energies(METHODS, system) + stops(METHODS[IMPLICIT], system)
-    setting = {"step": PRINTED * DAYS, "accept_unconverged": True}
-    q = IMPLICIT_EULER.run(system, 3.0 * DAYS, setting).q[-1]
+    lines = (
+        refinement_rows(METHODS, system)
+        + energy_rows(METHODS, system)
+        + implicit_rows(METHODS[IMPLICIT], system)
+    )
+    setting = {"step": PRINTED_STEP * DAYS_PER_YEAR, "accept_unconverged": True}
+    q = IMPLICIT_EULER.run(system, 3.0 * DAYS_PER_YEAR, setting).q[-1]
     from_sun = np.linalg.norm(q[1:4] - q[0], axis=-1)
     gone = {
         "how many of Mercury, Venus and Earth are beyond 10 au after 3 years, unconverged steps "
@@ -61,7 +70,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders of what was measured at several steps, and the numbers without a series."""
+    """The orders of the quantities measured at several steps, and the numbers without a series."""
     without_series = table[table["study"] == ""]
     numbers: dict[str, Measurement] = dict(
         zip(without_series["quantity"], without_series["value"], strict=True)

@@ -25,22 +25,23 @@ from benchmarks.measures.independent_space import (
 from benchmarks.test_problems import oscillators
 
 NS = (3, 4, 6, 8, 12, 16, 20)
-SHOWN = (4, 8, 16)  # n with rows of their own
-SIZES = np.arange(0.05, 1.0, 0.05)  # steps below 1
-SHARES = (0.5, 0.9)  # of H's bound, for passes of nonlinear oscillators
+SHOWN_NS = (4, 8, 16)  # n that have rows of their own
+SIZES = np.arange(0.05, 1.0, 0.05)  # step sizes below 1
+SHARES = (0.5, 0.9)  # step over H's bound, for passes of nonlinear oscillators
 FAULTS = contraction.FAULTS
 size = partial(np.linalg.norm, ord=np.inf)
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
-    """Extremes over n, and limits over bounds for some n."""
+    """The extremes over all n of the numbers of each n."""
     return contraction.extremes(
         [numbers_of(make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n)), n) for n in NS]
     )
 
 
 def numbers_of(method: Any, n: int) -> dict[str, Any]:
-    """The numbers of one n: those of extremes over n, and measured limits."""
+    """The numbers of one n, of which `measure` takes extremes; for n in SHOWN_NS also its
+    limits."""
     basis, (t, b) = lagrange_at_chebyshev(n - 1), gauss_points(2 * n)
     phi, dphi = values(basis, t), slopes(basis, t)
     mass, stiffness = (phi * b) @ phi.T, (dphi * b) @ dphi.T
@@ -64,7 +65,7 @@ def numbers_of(method: Any, n: int) -> dict[str, Any]:
             own_bound / bound - 1.0
         ),
     }
-    if n in SHOWN:
+    if n in SHOWN_NS:
         spectral = np.max(abs(np.linalg.eigvals(D))) ** -0.5 / bound
         numbers[f"measured limit / bound, n = {n}"] = limit
         numbers[f"measured limit in any norm / bound, n = {n}"] = spectral
@@ -81,7 +82,7 @@ def numbers_of(method: Any, n: int) -> dict[str, Any]:
             f"least of measured limit / bound, {name}, all n": limit,
             f"galvi's step less the fixed point, {name}, largest over all n": runs[-1]["apart"],
         }
-        if n in SHOWN:
+        if n in SHOWN_NS:
             numbers[f"measured limit / bound, {name}, n = {n}"] = limit
         if math.isfinite(oscillator.radius):
             reach, spread = largest["reach"], largest["spread"]

@@ -16,11 +16,12 @@ from benchmarks.measures.independent_space import all_of_degree, gauss_points, s
 
 RATIOS = np.round(np.arange(0.1, 2.4001, 0.05), 10)  # step over the bound for minima
 DIRECTIONS = 64  # random variations in addition to the eigenvectors
-FINE = 400  # midpoints for the integrals of |q| in W11
+MIDPOINTS = 400  # midpoints for the integrals of |q| in W11
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """How exact the rules are; then of the oscillator and of V = q^4 / 4, with V'' and C_R."""
+    """Steps at which the least eigenvalue of the oscillator is 0, by two rules; then, for the
+    oscillator and V = q^4 / 4, the least eigenvalues and second variations over their bounds."""
     method = make_method(galvi.Polynomials(7), galvi.gauss(8))
     few = make_method(galvi.Polynomials(2), galvi.lobatto(3))
     of_rule, of_few = (
@@ -74,16 +75,22 @@ def gram(functions: Array, b: Array) -> Array:
 
 
 def zero(values: Array, slopes: Array, b: Array, ends: Array) -> float:
-    """The h at which the oscillator's least eigenvalue is 0, over pi, among functions with values
-    and slopes on [0, 1] whose values `ends` are 0."""
+    """The h at which the oscillator's least eigenvalue is 0, over pi.
+
+    The functions have `values` and `slopes` at a rule's nodes on [0, 1], and combinations whose
+    values `ends` are 0 are varied.
+    """
     free = null_space(ends)
     return float(np.sqrt(eigvalsh(gram(slopes @ free, b), gram(values @ free, b))[0]) / np.pi)
 
 
 def along_step(method: Any, problem: Problem, second: Any, widest: float, h: float) -> list[float]:
-    """Of the discrete second variation with fixed ends along a step's curve: the least eigenvalue;
-    the least ratio to H (2.22)'s form, and to the bound in W^{1,1}, inf where they claim nothing;
-    and the largest |q| at the stages."""
+    """Numbers of the discrete second variation with fixed ends along a step's curve.
+
+    Returns its least eigenvalue; its least ratios to the form of H (2.22) and to the bound in
+    W^{1,1}, infinity for steps on which these claim nothing; and the largest |q| at the stages. NaN
+    for a failed run.
+    """
     run = galvi.integrate(problem, method, h, 1)
     if not run.success:
         return [math.nan] * 4
@@ -99,7 +106,7 @@ def along_step(method: Any, problem: Problem, second: Any, widest: float, h: flo
         form = eigvalsh(variation, 0.5 * stiffness + level * gram(values, b))[0]
         random = np.random.default_rng(13).normal(size=(len(variation), DIRECTIONS))
         directions = np.hstack([vectors, random])
-        tau = (np.arange(FINE) + 0.5) / FINE
+        tau = (np.arange(MIDPOINTS) + 0.5) / MIDPOINTS
         fine = space.basis(tau) - space.basis(np.zeros(1)), space.derivative(tau) / h
         sizes = h * sum(np.mean(abs(u[:, 1:] @ free @ directions), axis=0) for u in fine)
         spent = np.sum(directions * (variation @ directions), axis=0)

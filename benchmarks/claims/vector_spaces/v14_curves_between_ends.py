@@ -53,8 +53,8 @@ POWERS = {ENDS: 0.0, CURVE: 0.5, LARGEST: 1.5}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """For one step the error of its end and the distances of its curve: against n at h = 2 and
-    against h for n = 3 to 6; against h on the oscillator, the largest over eight starts."""
+    """For one step the error at its end and the distances of its curve: over n at h = 2, over h for
+    n = 3 to 6, and over h on the oscillator, as maxima over eight starts."""
     spring = galvi.problems.harmonic_oscillator()
     angles = np.pi * np.arange(8) / 8
     around = [spring.with_initial_state([np.cos(a)], [-np.sin(a)]) for a in angles]
@@ -86,7 +86,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def errors_of(motion: BoundaryValueMotion, run: Trajectory) -> tuple[float, ...]:
-    """The error of a step's end, of the oscillator's in (q, p); distances of its curve; RATIO."""
+    """(error at a step's end, distance of its curve in W^{1,1}, distance in L^infinity, RATIO); the
+    error is that of q, on the oscillator of q and p."""
     missed = motion.error(run)
     if motion.truth is OSCILLATOR:
         exact = OSCILLATOR.run(motion.problem, motion.step, {"samples": 1})
@@ -96,8 +97,8 @@ def errors_of(motion: BoundaryValueMotion, run: Trajectory) -> tuple[float, ...]
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Bases and orders of steps and curves; the largest of one distance over the other; and on the
-    oscillator the orders of the distance over C_f^-1, or its root, and the root of the error."""
+    """Bases and orders of steps and curves; the largest RATIO; and on the oscillator the orders of
+    the distance over C_f^-1, or C_f^(-1/2), times the root of the error of one step."""
     decay = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
     numbers: dict[str, Measurement] = {
         "base of the step's error": decay,
@@ -130,8 +131,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def order_over_root(table: DataFrame, n: int) -> tuple[float, float]:
-    """Order in h, and its standard error, of the distance of the curve over the root of the error
-    of one step, on the oscillator; NaN where either has none."""
+    """The order in h of the curve's distance over the root of the error of one step, on the
+    oscillator, and its standard error; NaN if one of the two has no order."""
     curve, ends = (
         readings.order(table, FLOOR[quantity], study=COERCIVE, quantity=quantity, n=n)
         for quantity in (CURVE, ENDS)

@@ -38,7 +38,7 @@ ANGULAR, LINEAR = "angular momentum", "linear momentum"
 ROTATION, TRANSLATION = "rotation", "translation"
 MIXED = {3: (5, 2), 4: (5, 3), 5: (6, 4)}  # n of the lower degree: degrees of the components
 ALONG = "angular momentum along the curve, n = 8"
-LONG_STEP, LONG = 0.5, 8000
+LONG_STEP, LONG_STEPS = 0.5, 8000
 THREE_BODIES = Problem(  # in space, with nonzero total momentum
     galvi.NBody(np.array([1.0, 0.2, 0.1])),
     np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [-0.3, 3.0, 0.0]]),
@@ -48,7 +48,8 @@ THREE_BODIES = Problem(  # in space, with nonzero total momentum
 
 
 def pair_on_a_line() -> Problem:
-    """q1 and q2 with V = r^2 / 2 + r^4 / 4, r = q1 - q2: invariant under translations."""
+    """Two points on a line with V = r^2 / 2 + r^4 / 4, r = q1 - q2, which is invariant under
+    translations."""
 
     def gradient(q: Array) -> Array:
         pull = q - q[::-1]
@@ -63,8 +64,9 @@ def pair_on_a_line() -> Problem:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Changes of momenta at step ends by kind of space, in units of rounding, and with degrees by
-    component, there against h, too; a history of the largest errors along each step."""
+    """Changes of momenta at step ends for each kind of space, in roundings; with degrees by
+    component, the angular momentum's over h; and a history of the largest errors along each
+    step."""
     observations = []
     pairs = (
         ((2,), (1, 2, 3, SUFFICIENT_POINTS))
@@ -96,8 +98,11 @@ def by_component(make_method: MakeMethod, n: int) -> Any:
 
 
 def changes_of_momenta(run: Trajectory) -> dict[str, float]:
-    """Largest changes of the sums of m q x v and of p, over the largest sums of |q| |p| and of |p|
-    of the bodies and a random walk of one rounding, 2^-52, a step; NaN for a failed run."""
+    """The largest changes of the sums of m q x v and of p over the bodies, in roundings.
+
+    A unit is the largest sum of |q| |p| or |p| times a random walk of one rounding, 2^-52, a step.
+    NaN for a failed run.
+    """
     if not run.success:
         return {ANGULAR: math.nan, LINEAR: math.nan}
     angular = independent_invariants.angular_momentum(run.problem, run.q, run.v)
@@ -113,19 +118,20 @@ def changes_of_momenta(run: Trajectory) -> dict[str, float]:
 
 
 def along_a_run(method: Any) -> list[dict[str, Any]]:
-    """The largest error along the curve of each step, at the step's end, over the largest of single
-    steps of the same size from exact states all round the orbit."""
+    """Rows of the largest error along the curve of each step, at the time of its end, over the
+    largest error along single steps of the same size from exact states round the orbit."""
     orbit = galvi.problems.kepler(0.6)
     exact = KEPLER.run(orbit, 2.0 * np.pi, {"samples": 400})
     starts = [replace(orbit, q0=q, v0=v) for q, v in zip(exact.q, exact.v, strict=True)]
     single = [errors_along(start, method, 1)[0] for start in starts]
-    errors = errors_along(orbit, method, LONG) / np.max(single)
-    t = np.linspace(LONG_STEP, LONG_STEP * LONG, LONG)
+    errors = errors_along(orbit, method, LONG_STEPS) / np.max(single)
+    t = np.linspace(LONG_STEP, LONG_STEP * LONG_STEPS, LONG_STEPS)
     return history(ALONG, t, errors, study="history", n=8, step=LONG_STEP)
 
 
 def errors_along(start: Problem, method: Any, steps: int) -> Array:
-    """The largest error of the angular momentum at 11 points of each step; NaN for a failed run."""
+    """The largest error of the angular momentum at 11 points of each step, (steps,); NaN for a
+    failed run."""
     run = galvi.integrate(start, method, LONG_STEP, steps, curves=True)
     if not run.success:
         return np.full(steps, math.nan)
@@ -135,8 +141,8 @@ def errors_along(start: Problem, method: Any, steps: int) -> Array:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The largest changes of each kind of space, and of how many methods; the orders with degrees
-    by component; and the drift along the curve."""
+    """The largest changes for each kind of space, with the number of its methods; the orders with
+    degrees by component; and the drift along the curve."""
     numbers: dict[str, Measurement] = {
         "change of linear momentum, translation, degrees by component [roundings]": (
             readings.largest_of(table, study=TRANSLATION)
@@ -158,7 +164,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def leaking(original: Callable[..., Trajectory]) -> Callable[..., Trajectory]:
-    """The momentum grows by 1e-12 in all."""
+    """The function with momenta that grow by 1e-12 over the run, for a planted fault."""
 
     def run(*problem_and_method: Any, **options: Any) -> Trajectory:
         motion = original(*problem_and_method, **options)

@@ -31,8 +31,9 @@ FAULTS = {
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """The largest defect for each problem and kind of space; how far DF is from central differences
-    at most, for the first method with each family of rules; and how many methods each kind has."""
+    """The largest defect for each problem and kind of space; the largest difference of DF from
+    central differences, for the first method of each kind with each family of rules; and the number
+    of methods of each kind."""
     pairs = (
         ((2,), (1, 2, 3, SUFFICIENT_POINTS))
         if quick

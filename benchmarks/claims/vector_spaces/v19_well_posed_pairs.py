@@ -22,12 +22,13 @@ from benchmarks.measures.independent_space import (
 )
 from galvi.tableau import IllPosed
 
-STRAIGHT = 1e-13  # of a step; 2e-14 and 3e-11 were the nearest measured by numpy
-SINGULAR = 1e9  # condition numbers; 1e7 and 1e16 were the nearest measured
+STRAIGHT = 1e-13  # largest departure of a straight motion; 2e-14 and 3e-11 were the nearest values
+SINGULAR = 1e9  # smallest condition number of a singular matrix; 1e7 and 1e16 were the nearest
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Both sides of the lemma and galvi's decisions over all pairs, and two that are no methods."""
+    """Counts of pairs in which the two sides of the lemma, or galvi's decisions, differ from what
+    they should be; and the free motions of two pairs that are no methods."""
     pairs = DataFrame(
         {
             "name": f"{name}, {rule.name}",
@@ -57,7 +58,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def spaces() -> dict[str, tuple[Any, Functions, int]]:
-    """galvi's spaces, the same functions in numpy, and the number of pieces."""
+    """Name -> (galvi's space, the same functions in numpy, number of pieces)."""
     constant = powers(0)
     return {
         **{f"P{s}": (galvi.Polynomials(s), powers(s), 1) for s in (1, 2, 3, 4, 6)},
@@ -73,7 +74,7 @@ def spaces() -> dict[str, tuple[Any, Functions, int]]:
 
 
 def rules(pieces: int) -> Iterator[tuple[galvi.Rule, tuple[Array, Array]]]:
-    """galvi's rules, and their nodes and weights by numpy."""
+    """(galvi's rule, its (nodes, weights) by numpy) for each rule."""
     for n in (1, 2, 3, 4, 5, 6, 8, 16):
         yield galvi.gauss(n), gauss_points(n)
     for n in (2, 3, 4, 5, 6, 7):
@@ -85,7 +86,11 @@ def rules(pieces: int) -> Iterator[tuple[galvi.Rule, tuple[Array, Array]]]:
 
 
 def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
-    """M's problem (9) on [0, 1], m = 1, from u = 0 with p = 1, in functions of norm 1."""
+    """Results of M's problem (9) on [0, 1] for m = 1, u(0) = 0 and p = 1, in functions of norm 1.
+
+    Whether the seminorm is a norm, whether the motion is unique, its end, and its largest departure
+    from a straight line; NaN for the last two without a unique motion.
+    """
     u, du = table(functions, gauss_points(60)[0])
     size = np.sqrt(np.mean(u**2, axis=0) + np.mean(du**2, axis=0))
     at_nodes, slope = (values / size for values in table(functions, t))
@@ -95,16 +100,16 @@ def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
     norm, unique = (
         np.linalg.cond(matrix) < SINGULAR for matrix in (stiff + np.outer(ends[1], ends[1]), saddle)
     )
-    end = off = math.nan
+    end = departure = math.nan
     if unique:
         motion = np.linalg.solve(saddle, np.append(-ends[0], 0.0))[:-1]
         end = ends[1] @ motion
-        off = max(np.max(abs(at_nodes @ motion - t)), abs(end - 1.0))
-    return {"norm": norm, "unique": unique, "end": end, "off": off}
+        departure = max(np.max(abs(at_nodes @ motion - t)), abs(end - 1.0))
+    return {"norm": norm, "unique": unique, "end": end, "off": departure}
 
 
 def by_galvi(make_method: MakeMethod, space: Any, rule: galvi.Rule) -> dict[str, Any]:
-    """What galvi decides on a pair, and how far its tableau is from a straight motion."""
+    """galvi's decisions on a pair, and the departure of its tableau from a straight motion."""
     theory = galvi.theory(space, rule)
     decided = {"well posed": theory.well_posed, "consistent": theory.consistent}
     try:
@@ -117,7 +122,7 @@ def by_galvi(make_method: MakeMethod, space: Any, rule: galvi.Rule) -> dict[str,
 
 
 def taking_bent_motions(space: Any, rule: galvi.Rule) -> galvi.Galerkin:
-    """Takes an inconsistent pair for a method."""
+    """A faulty constructor that accepts inconsistent pairs."""
     try:
         return galvi.Galerkin(space, rule)
     except IllPosed:
@@ -127,14 +132,15 @@ def taking_bent_motions(space: Any, rule: galvi.Rule) -> galvi.Galerkin:
 
 
 def too_strict(space: Any, rule: galvi.Rule) -> galvi.Galerkin:
-    """Refuses what has fewer points than functions: sufficient, as in H, and not necessary."""
+    """A faulty constructor that refuses pairs with fewer points than functions: H's condition is
+    sufficient, but not necessary."""
     if rule.points < space.dimension:
         raise IllPosed(f"{space} with {rule.name}")
     return galvi.Galerkin(space, rule)
 
 
 def consistent(original: Callable[..., Any]) -> Callable[..., Any]:
-    """A theory that takes every pair for consistent."""
+    """A faulty `galvi.theory` that calls every pair consistent."""
     return lambda *pair: replace(original(*pair), consistent=True)
 
 

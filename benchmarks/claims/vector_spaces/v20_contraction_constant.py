@@ -25,19 +25,20 @@ from benchmarks.measures.independent_space import (
 from benchmarks.test_problems import oscillators
 
 DEGREES = (1, 2, 3, 4, 6, 8, 12, 16)
-RULES: dict[str, tuple[Any, Any, int, int]] = {  # with k N + l points
+# Name -> (galvi's rule, the same by numpy, k, l) of rules with k N + l points.
+RULES: dict[str, tuple[Any, Any, int, int]] = {
     "Gauss N": (galvi.gauss, gauss_points, 1, 0),
     "Gauss 2 N": (galvi.gauss, gauss_points, 2, 0),
     "Lobatto N + 1": (galvi.lobatto, lobatto_points, 1, 1),
     "Lobatto N": (galvi.lobatto, lobatto_points, 1, 0),
 }
-SHARES = (0.25, 0.5, 0.99)  # of M's bound, for runs of the oscillator
-SHARE = 0.9  # for passes of nonlinear ones
+SHARES = (0.25, 0.5, 0.99)  # step over M's bound, for runs of the oscillator
+SHARE = 0.9  # step over M's bound, for passes of nonlinear oscillators
 FAULTS = contraction.FAULTS
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Extremes over all rules and degrees; z0 over polynomials of degree 16."""
+    """The extremes over all rules and degrees, and z0 by polynomials of degree 16."""
     numbers = []
     for name, (rule, points, factor, offset) in RULES.items():
         for degree in DEGREES[1 if name == "Lobatto N" else 0 :]:
@@ -104,20 +105,20 @@ def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[
     for oscillator in oscillators.NONLINEAR:
         bound = 1.0 / math.sqrt(square * oscillator.lipschitz)
         run = passes.run(oscillator, method, SHARE * bound, SHARE**2)
-        of = oscillator.name
+        name = oscillator.name
         numbers |= {
-            f"largest ratio of successive passes over eta C_N^2, {of}": run["ratio"],
-            f"least measured limit over M's bound, {of}": passes.limit(oscillator) / bound,
-            f"largest galvi's step less the fixed point, {of}": run["apart"],
+            f"largest ratio of successive passes over eta C_N^2, {name}": run["ratio"],
+            f"least measured limit over M's bound, {name}": passes.limit(oscillator) / bound,
+            f"largest galvi's step less the fixed point, {name}": run["apart"],
         }
         if math.isfinite(oscillator.radius):
             numbers |= {
-                f"largest reach of the iterates over rho, {of}": run["reach"],
-                f"largest |q| of the iterates over rho, {of}": run["spread"],
+                f"largest reach of the iterates over rho, {name}": run["reach"],
+                f"largest |q| of the iterates over rho, {name}": run["spread"],
             }
     return numbers
 
 
 def size(mapped: Any, root: Any) -> float:
-    """The norm of a map of x, where |x| is that of root x; `mapped` is root times its matrix."""
+    """The norm of a linear map where |x| = |root x|_2; `mapped` is root times its matrix."""
     return float(np.linalg.norm(mapped @ np.linalg.inv(root), 2))

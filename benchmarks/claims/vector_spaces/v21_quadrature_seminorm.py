@@ -62,15 +62,18 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def means_of_legendre(method: Any, degree: int) -> tuple[float, float]:
-    """Largest |mean| by the method's rule of Legendre polynomials of degree 1 to `degree` on
-    [0, 1], whose integrals are 0, and that of the next one."""
+    """The largest |mean|, by the method's rule, of the Legendre polynomials of degrees 1 to
+    `degree` on [0, 1], whose integrals are 0; and the |mean| of the next one."""
     means = abs(method.table.b @ legvander(2.0 * method.table.c - 1.0, degree + 1))
     return float(np.max(means[1:-1])), float(means[-1])
 
 
 def extremes(method: Any, N: int) -> Array:
-    """Square roots of the extreme eigenvalues of the table's Gram matrix of slopes, against the
-    exact one: by numpy's Gauss rule, of the slopes of the polynomials with the basis' values."""
+    """The smallest and the largest ratio of the rule's seminorm and the norm of slopes, (2,).
+
+    They are square roots of eigenvalues of the table's Gram matrix of slopes relative to the exact
+    one, which is computed by numpy from the polynomials with the values of the basis.
+    """
     t, b = gauss_points(N)
     nodes, polynomials = np.linspace(0.0, 1.0, N + 1), all_of_degree(N)
     parts = np.linalg.solve(values(polynomials, nodes).T, method.space.basis(nodes))

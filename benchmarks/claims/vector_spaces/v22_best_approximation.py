@@ -38,18 +38,20 @@ from references.scipy.ivp import DOP853, TIGHT
 LARGEST, MEAN, PATH = "e_max", "e_mean", "error along the path"
 ENDS, INTEGRAL = "one-step error", "error of the rule"
 DEGREES = (1, 2, 3, 4)
-FLOOR, ENDS_FLOOR, INTEGRAL_FLOOR = 1e-12, 3e-13, 1e-30  # of norms, positions, and in 50 digits
-LOBATTO = "Lobatto N"  # of N nodes, at least 2
+FLOOR = 1e-12  # round-off of norms
+ENDS_FLOOR = 3e-13  # round-off of positions
+INTEGRAL_FLOOR = 1e-30  # round-off of integrals with 50 digits
+LOBATTO = "Lobatto N"  # with N nodes, at least 2
 NAMED: dict[str, Any] = {  # rules that M names
     "Gauss N": galvi.gauss,
     "Lobatto N + 1": lambda N: galvi.lobatto(N + 1),
 }
 RULES = NAMED | {LOBATTO: galvi.lobatto}
-CHECK = {"samples": 1, **TIGHT, "max_step": 0.02}  # of DOP853
+CHECK = {"samples": 1, **TIGHT, "max_step": 0.02}  # setting of DOP853
 
 
 def cosine(t: Any) -> Any:
-    """The oscillator's motion and its velocity."""
+    """The oscillator's position and velocity at t."""
     return np.cos(t), -np.sin(t)
 
 
@@ -98,8 +100,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def errors_of(name: str, method: Any, N: int, count: int) -> list[dict[str, Any]]:
-    """|u - u_N|_X of one step in the middle from the exact state; of one of CASES, errors of best
-    polynomials on all subintervals, too."""
+    """Rows of |u - u_N|_X of the step in the middle of the duration, from the exact state; for
+    names in CASES also of the errors of best polynomials on all subintervals."""
     problem, exact, duration, kinks = CASES.get(name, CASES["smooth"])
     edges, h = np.linspace(0.0, duration, count + 1), duration / count
     t = float(edges[count // 2])
@@ -113,7 +115,7 @@ def errors_of(name: str, method: Any, N: int, count: int) -> list[dict[str, Any]
 
 
 def of_integrals() -> list[dict[str, Any]]:
-    """|int_0^h e^t dt - its rule|, from nodes and weights of 50 digits."""
+    """Rows of the error of a rule for int_0^h e^t dt, from nodes and weights of 50 digits."""
     observations = []
     with localcontext(prec=50):
         for family, rule in (("Gauss", galvi.gauss(3)), ("Lobatto", galvi.lobatto(3))):
@@ -128,7 +130,8 @@ def of_integrals() -> list[dict[str, Any]]:
 
 
 def distance_of(problem: Problem, exact: Motion, duration: float, kinks: Sequence[float]) -> float:
-    """The closed form, of mass 1, against DOP853, from kink to kink, at the ends of the pieces."""
+    """The largest difference of q or p between the closed form, of mass 1, and DOP853, which runs
+    from kink to kink, at the kinks and at the end."""
     gaps: list[Array] = []
     for end in (*kinks, duration):
         run = DOP853.run(problem, end - problem.t0, CHECK)
@@ -139,7 +142,8 @@ def distance_of(problem: Problem, exact: Motion, duration: float, kinks: Sequenc
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The rates in X of both motions, the path by rule, the orders at step ends, the rules."""
+    """The orders in X of both motions, of the path for each rule, at step ends, and of the
+    rules."""
 
     fitted = [
         *(
@@ -173,7 +177,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def of_another_order(study: str, power: int) -> Fault:
-    """Errors along the path multiplied by a power of the step."""
+    """A fault that multiplies errors along the path by a power of the step."""
 
     def change(table: DataFrame) -> None:
         path = (table["study"] == study) & (table["quantity"] == PATH)

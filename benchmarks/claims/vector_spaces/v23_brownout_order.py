@@ -51,26 +51,28 @@ REFERENCE_DISTANCE = "distance between the two references [m], SciPy DOP853 and 
 OWN = "distance to DOP853 [m], M's reference, N = 12"
 KINK = "largest error of the height by the derived h^3 term, N = 12 [m]"
 SOLVED = f"{AWAY}, solved to round-off"
-FLOOR = 1e-12  # m, of errors that an order rests on
+FLOOR = 1e-12  # m, smallest errors in fits of orders
 TOLERANCES = (1e-3, 1e-5, 1e-7)
-SCANNED = tuple(10.0**-k for k in range(2, 9))  # for the power that errors fall with
-LAST = 5  # smallest steps averaged (geometric mean), since their errors scatter by two decades
+SCANNED = tuple(10.0**-k for k in range(2, 9))  # tolerances of the fit to saturated errors
+LAST = 5  # smallest steps in the geometric mean of errors, which scatter by two decades
 SATURATING = 4  # degree of the runs whose solve is stopped early
 SHORTER = {2: (16, 32, 64, 90, 128, 181, 256), 3: (16, 23, 32, 45, 64, 90, 128)}
-SHORTER[4] = SHORTER[3]  # steps in a piece, by degree: the first of each group of placements
-LIMITING = {2: 2e-3, 3: np.inf, 4: np.inf}  # s; steps at which that through w = 0 errs most
+SHORTER[4] = SHORTER[3]  # degree -> steps in a piece: the first of each group of placements
+LIMITING = {2: 2e-3, 3: np.inf, 4: np.inf}  # s; largest steps for which the one through w = 0 errs
+# most
 PLACED = f"{ACROSS}, largest of 13 placements"  # of w = 0 in its step, by consecutive sizes
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """'error of the place' [m], with N + 1 in `n`:
+    """Rows of 'error of the place' [m], with N + 1 in `n`, for these studies:
 
-    of each start, in `study`, N = 1 to 4 in h, and semi-implicit Euler with n = 1, as if N = 0;
-    of 'w away from 0, tolerance 1e-03' and so on, N = 4 with a solve that stops there, and of
-    'w away from 0, solved to round-off', the same to the end;
-    of OWN and REFERENCE_DISTANCE, by start, distances to DOP853; KINK, the bound on one of OWN.
-    'w through 0, largest of 13 placements' is the upper envelope, for N = 2, 3, 4, of runs whose
-    step through w = 0 is cut elsewhere, with what the derived h^3 term leaves of the height.
+    each start                            N = 1 to 4 over h, and semi-implicit Euler with n = 1
+    'w away from 0, tolerance 1e-03' ...  N = 4, with a solve that stops at this tolerance
+    'w away from 0, solved to round-off'  N = 4, with a complete solve
+    OWN, REFERENCE_DISTANCE               distances to DOP853 for each start
+    KINK                                  the bound on an error in OWN
+    'w through 0, largest of 13 placements'  the upper envelope, for N = 2, 3, 4, of runs in which
+        w = 0 lies elsewhere in its step, with the error of the height beside the derived h^3 term
     """
     sizes = (2, 3, 4, 6, 8, 11, 16) if quick else (1, 2, 3, 4, 6, 8, 11, 16, 23, 32)
     cases: list[Any] = [
@@ -103,14 +105,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def stopped_at(tolerance: float) -> str:
-    """The study of runs whose solve stops at this change relative to |q|."""
+    """The name of the study of runs whose solve stops at this change relative to |q|."""
     return f"{AWAY}, tolerance {tolerance:.0e}"
 
 
 def _largest_of_placements(
     make_method: MakeMethod, degree: int, sizes: range
 ) -> list[dict[str, Any]]:
-    """The largest numbers of a group of runs; the step is that of the largest error."""
+    """Rows of the largest errors in a group of runs; the step is that of the largest ERROR."""
     group = []
     for size in sizes:
         run, h = run_of(make_method, ACROSS, degree, size), DURATION[ACROSS] / (PIECES * size)
@@ -124,7 +126,7 @@ def _largest_of_placements(
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders from each start, what is left beside the derived term, the saturation of errors, and
+    """The orders from each start, the errors beside the derived term, the saturation of errors, and
     the distances to DOP853."""
 
     def order(study: str, degree: int, until: float = np.inf, quantity: str = ERROR) -> Fit:
@@ -168,7 +170,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def with_drag(start: Problem, coefficient: float) -> Problem:
-    """The start with another C_d than 0.44."""
+    """The problem from this start with another drag coefficient C_d than 0.44."""
     return galvi.problems.brownout(200e-6, start.q0, start.v0, coefficient)
 
 

@@ -37,19 +37,19 @@ from references.scipy.ivp import RADAU
 
 DEGREES = (1, 2, 4, 6)
 SECONDS, FASTEST, SLOWEST = "seconds", "seconds, fastest round", "seconds, slowest round"
-CLOCKS = ((SECONDS, SECONDS), (FASTEST, SLOWEST), (SLOWEST, FASTEST))  # of Euler, of the degrees
+# (times of Euler's method, times of the degrees) of ratios: of medians, and the two extremes.
+CLOCKS = ((SECONDS, SECONDS), (FASTEST, SLOWEST), (SLOWEST, FASTEST))
 EVALUATIONS = "force evaluations"
 REFERENCE_DISTANCE = "distance between the two references [m]"
-ASKED = 2e-4  # m, a small error, reached at low order with 65,536 steps
-FINE = 1e-7  # m, out of reach at low order
-COARSE = 2e-2  # m, a hundred times ASKED
+SMALL_ERROR = 2e-4  # m, a small error, reached at low order with 65,536 steps
+FINE_ERROR = 1e-7  # m, out of reach at low order
+COARSE_ERROR = 2e-2  # m, a hundred times SMALL_ERROR
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Of each contender, in `study`, and number of steps: 'error of the place' [m], 'force
-    evaluations', and 'seconds' with the fastest and the slowest round, timed alternately.
-
-    'distance between the two references [m]'  DOP853 and Radau
+    """For each contender, in `study`, and number of steps: 'error of the place' [m], 'force
+    evaluations', and 'seconds' with the fastest and the slowest of interleaved rounds; and the
+    distance between DOP853 and Radau.
     """
     euler = (4, 16, 64, 256, 1024, 8192) if quick else (4, 16, 64, 256, 1024, 4096, 8192, 16384)
     sizes = (1, 2, 4, 8, 32) if quick else (1, 2, 3, 4, 6, 8, 16, 32)
@@ -81,12 +81,12 @@ def label_of(degree: int) -> str:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """The claim by evaluations, which every machine counts alike; and times, with half the distance
-    between those of the slowest and the fastest round as their uncertainty."""
+    """Ratios of evaluations, which are the same on every machine; and ratios of times, whose
+    uncertainty is half the distance between those of the extreme rounds."""
     runs = table.pivot(index=["study", "steps"], columns="quantity", values="value")
 
     def least_cost(error: float, cost: str, *degrees: int) -> float:
-        """The least cost of runs that reach the error; NaN where none does."""
+        """The lowest cost at which runs of these degrees reach the error; NaN if none does."""
         of_degrees = runs.loc[list(map(label_of, degrees))]
         return seconds_at(of_degrees[ERROR], of_degrees[cost], error)
 
@@ -94,8 +94,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return least_cost(error, euler, 0) / least_cost(error, high, *DEGREES)
 
     def crossing(*costs: str) -> float:
-        """The error below which high order is cheaper, at all errors that both reach; 0 where it
-        is not at the smallest of them."""
+        """The error below which high order is cheaper at all errors that both reach; 0 if it is
+        not cheaper at the smallest of these, NaN if there are none."""
         errors = np.geomspace(2.0, 1e-4, 200)  # m; the particle is carried 8 m
         ratios = np.array([ratio(error, *costs) for error in errors])
         reached, dearer = errors[np.isfinite(ratios)], errors[ratios <= 1.0]
@@ -108,21 +108,25 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         median, *ends = (of_clocks(*clocks) for clocks in CLOCKS)
         return Estimate(median, 0.5 * abs(ends[0] - ends[1]) or None)
 
-    growth = np.log(ratio(ASKED) / ratio(COARSE)) / np.log(COARSE / ASKED)
-    low, high = (least_cost(FINE, EVALUATIONS, degree) for degree in (2, 6))
+    growth = np.log(ratio(SMALL_ERROR) / ratio(COARSE_ERROR)) / np.log(COARSE_ERROR / SMALL_ERROR)
+    low, high = (least_cost(FINE_ERROR, EVALUATIONS, degree) for degree in (2, 6))
     return {
-        f"{EVALUATIONS} of {EULER} over those of the best N at {ASKED:g} m": ratio(ASKED),
+        f"{EVALUATIONS} of {EULER} over those of the best N at {SMALL_ERROR:g} m": ratio(
+            SMALL_ERROR
+        ),
         "power of the inverse error with which that ratio grows, from "
-        f"{COARSE:g} to {ASKED:g} m": growth,
-        f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE:g} m": low / high,
-        f"time of {EULER} over that of the best N at {ASKED:g} m": timed(partial(ratio, ASKED)),
+        f"{COARSE_ERROR:g} to {SMALL_ERROR:g} m": growth,
+        f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE_ERROR:g} m": low / high,
+        f"time of {EULER} over that of the best N at {SMALL_ERROR:g} m": timed(
+            partial(ratio, SMALL_ERROR)
+        ),
         f"error below which high order is cheaper in time than {EULER} [m]": timed(crossing),
         REFERENCE_DISTANCE: number(table, quantity=REFERENCE_DISTANCE),
     }
 
 
 def as_steep(table: DataFrame) -> None:
-    """Evaluations of N that grow as fast with the error as those of a method of first order."""
+    """Change the evaluations of the degrees to those of a method of first order, for a fault."""
     high = table["study"] != EULER
     errors = table.loc[high & (table["quantity"] == ERROR), "value"]
     table.loc[high & (table["quantity"] == EVALUATIONS), "value"] = 1.0 / errors.to_numpy()

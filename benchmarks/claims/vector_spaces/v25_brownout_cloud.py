@@ -57,11 +57,11 @@ ELSEWHERE = "grains aloft that should be on the ground, and the reverse, "
 FATES = f"{ELSEWHERE}largest over N = 1 and 2, steps, sizes, drag laws and grounds"
 REBOUND = "rebound"
 GROUNDS = {"": Ground(), REBOUND: Ground(0.5)}
-SHOWN, MOVING = "picture", "moving picture"  # studies of places in the meridional plane's half
+SHOWN, MOVING = "picture", "moving picture"  # studies of positions, for the pictures
 TIMES = (1.5, 3.0, 4.5, 6.0)  # s; M prints no times
-FRAMES = 24  # of the moving picture, and as many parts of the time
-PICTURED, IN_MOTION = 1000, 100  # grains of a size, other ones for each
-QUICK_SAMPLED = 600  # of each size, for the statistics; 4000 in the full form
+FRAMES = 24  # intervals between the frames of the moving picture
+PICTURED, IN_MOTION = 1000, 100  # grains of each size in a picture
+QUICK_SAMPLED = 600  # grains of each size for the statistics; 4000 in the full form
 HIGHEST, LOST, PUSHED = (
     "highest place, least over sizes [m]",
     "grains that are neither aloft nor on the ground, largest over sizes and grounds",
@@ -80,12 +80,12 @@ LABELS = tuple(map(in_micrometres, DIAMETERS))
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Paths of grains against DOP853, balances, statistics and places for pictures.
+    """Rows on the paths of grains against DOP853, balances, statistics and positions for pictures.
 
-    ERROR and FATES in `study` of a drag law (and CONSTANT and "rebound"), with the size in `label`,
-    degree + 1 in `n`; LOST, PUSHED, ALONE, HIGHEST; DEPTH and HEIGHT with their SAMPLING errors and
-    OF_STEP, named in `study`; WORK and UNSOLVED; SHOWN and MOVING: x, z and t, with the size in
-    `label`.
+    ERROR and FATES have the drag law or "rebound" in `study`, the size in `label` and the degree
+    + 1 in `n`. LOST, PUSHED, ALONE and HIGHEST are balances. DEPTH and HEIGHT, with SAMPLING and
+    OF_STEP errors, have their names in `study`, beside WORK and UNSOLVED. SHOWN and MOVING have x,
+    z and t, with the size in `label`.
     """
     grains = QUICK_SAMPLED if quick else 4000
     return frame(
@@ -99,7 +99,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str, Any]]:
-    """Distances to the truth, and whether the right grains are on the ground in the end."""
+    """Rows of the distance to the truth, and of the number of grains that are wrongly aloft or on
+    the ground at the end."""
     table, grains = [], np.arange(30 if quick else 100)
     clouds = [
         (law, Cloud(d, law, grains)) for law in (CONSTANT_DRAG, REYNOLDS_DRAG) for d in DIAMETERS
@@ -124,9 +125,9 @@ def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str
 
 
 def balances(make_method: MakeMethod, grains: Any) -> list[dict[str, Any]]:
-    """Of each size and ground: grains that are neither aloft nor on the ground; the share of the
-    recorded impulses of drag and ground that the change of momentum and the weight leave; numbers
-    that differ where a part of the grains flies alone; and the highest place."""
+    """Rows for each size and ground: the number of grains that are neither aloft nor on the ground;
+    the momentum that the recorded impulses and the weight do not account for, over the impulses;
+    the count of numbers that differ if a part of the grains flies alone; and the largest height."""
     method, part, table = collocation(make_method, 2), slice(7, None, 97), []
     for diameter, (name, ground) in product(DIAMETERS, GROUNDS.items()):
         cloud = Cloud(diameter, grains=grains, ground=ground)
@@ -146,7 +147,7 @@ def balances(make_method: MakeMethod, grains: Any) -> list[dict[str, Any]]:
 
 
 def places(make_method: MakeMethod) -> list[dict[str, Any]]:
-    """Positions of grains, for the pictures."""
+    """Rows of the positions of grains, for the pictures."""
     table: list[dict[str, Any]] = []
     for k, diameter in enumerate(DIAMETERS):
         cloud = Cloud(diameter, grains=np.arange(PICTURED) + k * PICTURED)
@@ -162,15 +163,15 @@ def places(make_method: MakeMethod) -> list[dict[str, Any]]:
 
 
 def thrown() -> float:
-    """The height that no grain reaches without a rising wind [m]: of the layer in which it enters,
-    and of a throw with its speed."""
+    """The height that no grain reaches without a rising wind [m]: that of the layer in which grains
+    enter plus that of a throw with the largest friction speed."""
     r, t = np.linspace(0.5, 20.0, 400)[:, None], np.linspace(0.0, END_TIME, 100)[None, :]
     return float(WALL_HEIGHT + np.max(friction_speed(r, t)) ** 2 / (2.0 * GRAVITY))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders, balances and statistics; errors of the step in standard errors of a number of grains,
-    and what evaluations with N = 1 are to those of the cheapest higher N."""
+    """Orders, balances and statistics; errors of the step over the sampling error of a number of
+    grains; and evaluations with N = 1 over those of the cheapest higher N."""
 
     def unsolved(s: int, steps: int) -> float:
         return number(table, quantity=UNSOLVED, n=s + 1, steps=steps)
@@ -239,7 +240,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def array(name: str, change: Callable[[Any], Any]) -> dict[str, Any]:
-    """A fault of flights: one of their arrays is another."""
+    """The `wrong` of a fault that changes an array of all flights."""
 
     def wrong(run: Flights) -> Flights:
         return replace(run, **{name: change(getattr(run, name))})
@@ -252,7 +253,7 @@ def array(name: str, change: Callable[[Any], Any]) -> dict[str, Any]:
 
 
 def no_rows(*arguments: Any) -> list[Any]:
-    """No rows, in place of a part of the study."""
+    """[] in place of the rows of a part of the study."""
     return []
 
 

@@ -52,11 +52,11 @@ NS = {"oscillator": (3, 4, 5, 6), "Kepler": (3, 4, 5), LOBATTO: (4, 5)}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """For one step: errors of L_d and of (q, p) at the end against h for each problem and n, and
-    against n at h = 2; SQUARE for the oscillator; the distance between the two references.
+    """For one step the errors of L_d and of (q, p) at the end: over h for each problem and n, and
+    over n at h = 2; SQUARE for the oscillator; and the distance between the two references.
 
-    The oscillator's motion is circular, so that |q^(n)| = 1; the error of a Lobatto rule of n - 1
-    points dominates.
+    The oscillator's motion is circular, so that |q^(n)| = 1. With a Lobatto rule of n - 1 points,
+    the error of the rule dominates.
     """
 
     def with_lobatto(make_method: MakeMethod, n: int) -> Any:
@@ -93,8 +93,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def error_in_polar_coordinates(method: Any, h: float) -> float:
-    """Error of L_d of one step of L = (r'^2 + r^2 a'^2) / 2, whose motions are straight lines with
-    the action |q1 - q0|^2 / (2 h); NaN for a failed run."""
+    """The error of L_d in one step for L = (r'^2 + r^2 a'^2) / 2, whose motions are straight lines
+    with the action |q1 - q0|^2 / (2 h); NaN for a failed run."""
 
     def lagrangian(q: Array, v: Array) -> Any:
         return 0.5 * (v[0] ** 2 + (q[0] * v[1]) ** 2)
@@ -109,8 +109,10 @@ def error_in_polar_coordinates(method: Any, h: float) -> float:
 
 
 def errors_of(run: Any, h: float, truth: Contender, squared: bool) -> dict[str, float]:
-    """Errors of one step; SQUARE where it is asked for and the action's error is large enough to be
-    compared with the square of a distance."""
+    """The errors of one step, NaN for a failed run.
+
+    With `squared` also SQUARE, if h < pi and the error of the action exceeds 1e-10.
+    """
     if not run.success:
         return dict.fromkeys((ACTION, STEPPED), math.nan)
     error = abs(discrete_lagrangian(run) - exact_lagrangian(run.problem, run.q[0], run.q[1], h))
@@ -124,7 +126,7 @@ def errors_of(run: Any, h: float, truth: Contender, squared: bool) -> dict[str, 
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Orders and bases of both errors, and the constants."""
+    """The orders and bases of both errors, the order of DEPARTURE, and the largest SQUARE."""
     numbers: dict[str, Measurement] = {
         f"order of the {quantity}, {name}, n = {n}": readings.order(
             table, FLOOR, study=name, quantity=quantity, n=n
@@ -161,7 +163,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def with_energies(original: Callable[..., Any]) -> Callable[..., Any]:
-    """T + V for the Lagrangian: the potential's sign, which no step sees."""
+    """T + V in place of the Lagrangian, for a fault: no step depends on the potential's sign."""
     return lambda problem, q, v, t: np.sum(v * v, axis=-1) - original(problem, q, v, t)
 
 

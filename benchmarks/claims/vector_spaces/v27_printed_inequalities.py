@@ -36,7 +36,8 @@ FAULTS = {
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """The best constants of both inequalities, by step and by three means; then the nodes."""
+    """Numbers on the best constants of both inequalities, for each step and in three ways; then
+    those of `of_nodes`."""
     functions, (t, b), ends = all_of_degree(DEGREE), gauss_points(DEGREE + 1), np.array([0.0, 1.0])
     legendre = values(functions, t), slopes(functions, t), b, values(functions, ends)
     table = make_method(galvi.Polynomials(DEGREE), galvi.gauss(DEGREE + 1)).table
@@ -80,22 +81,23 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def closed_form(h: float) -> tuple[float, float, float]:
-    """|v| / |v'| of sin(pi t / h); |u(end)| / |u|_X of 1, and of h + t if the norm's end is 0."""
+    """|v| / |v'| for v = sin(pi t / h), |u(end)| / |u|_X for u = 1, and for u = h + t at the end h
+    with the norm's end at 0."""
     s, b = gauss_points(40)
     square = b @ np.sin(np.pi * s) ** 2 / (b @ (np.pi / h * np.cos(np.pi * s)) ** 2)
     return np.sqrt(square), 1.0 / np.sqrt(1.0 / h), 2.0 * h / np.sqrt(h * np.sum(b) + h)
 
 
 def discrete(u: Array, du: Array, b: Array, ends: Array, h: float) -> tuple[float, float, float]:
-    """The largest |v| / |v'|, v = 0 at both ends, and |u(end)| / |u|_X at the norm's own end and at
-    the other one, in the span of functions on [0, 1].
+    """The largest |v| / |v'| for v = 0 at both ends, and |u(end)| / |u|_X at the norm's own end and
+    at the other one, in the span of functions on [0, 1], for a step h.
 
     Parameters
     ----------
     u, du
         values and slopes at a rule's nodes, (functions, nodes)
     b
-        its weights
+        weights of the rule
     ends
         values at 0 and 1, (functions, 2)
     """
@@ -107,8 +109,8 @@ def discrete(u: Array, du: Array, b: Array, ends: Array, h: float) -> tuple[floa
 
 
 def of_nodes(make_method: MakeMethod, exactly: Sequence[int]) -> dict[str, float]:
-    """Conditioning on equispaced points over Chebyshev ones; and one step of the oscillator, h = 1,
-    in rational arithmetic from both, and by galvi."""
+    """Numbers on the conditioning on equispaced points over that on Chebyshev points; and on a step
+    h = 1 of the oscillator, in rational arithmetic on both, and by galvi."""
     kinds = chebyshev_points, equispaced_points
     oscillator = galvi.Canonical(1.0, galvi.LinearSpring(1.0))
     conditions, lebesgues = (

@@ -40,23 +40,24 @@ BEST, CLOSED_FORM_DISTANCE = "error of the best polynomial", "relative distance 
 LARGEST, PATH = "e_max", "error along the path"
 INSIDE, END = (0.5, 0.3, 0.1), 0.0  # t* in [0, 1]
 EXPONENTS = (0.49, 0.45, 0.25, -0.25, -0.55)
-ROUGH = (0.49, 0.45, 0.25)  # of the rates in h
+ROUGH = (0.49, 0.45, 0.25)  # exponents b for the rates in h
 POWERS = (16, 24, 32, 48, 64, 96, 128, 192)  # degrees N; the quick form leaves out the last
-AT_END = POWERS[:5]  # there errors fall twice as fast
+AT_END = POWERS[:5]  # degrees for t* = 0, where errors fall with twice the power
 DEGREES = (1, 2, 4)
-PLACE = 1.0 / 3.0  # with K = 3 m + 1 subintervals, at a third of the one that contains it
+PLACE = 1.0 / 3.0  # t*; with 3 m + 1 subintervals, at a third of the one that contains it
 COUNTS = (4, 7, 10, 16, 22, 31, 43, 64, 91, 127, 181, 256)  # the quick form has nine
 FLOOR = 1e-12
 
 
 def named(singularity: float, b: float) -> str:
-    """The study of a motion."""
+    """The name of the study of a motion."""
     return f"t* = {singularity:g}, b = {b:g}"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """By degree, n = N + 1, the error of one best polynomial on [0, 1], by two means; by the number
-    of subintervals, e_max, and the error of galvi's step through t*; the motion by two means.
+    """Rows of the error of the best polynomial on [0, 1] over the degree, n = N + 1, with its
+    distance from the closed form; of e_max and of the error of galvi's step through t* over the
+    number of subintervals; and of the motion's distance from an integral.
     """
     observations: list[dict[str, Any]] = []
     for singularity in (*INSIDE, END):
@@ -85,7 +86,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def in_step(drive: SingularDrive, method: Any, degree: int, count: int) -> list[dict[str, Any]]:
-    """Errors on `count` subintervals of [0, 1], and in the step through t*."""
+    """Rows of e_max on `count` subintervals of [0, 1], and of the error in the step through t*."""
     edges = np.linspace(0.0, 1.0, count + 1)
     k = int(drive.singularity * count)
     errors = best_errors(drive.motion, edges, degree)
@@ -103,7 +104,8 @@ def in_step(drive: SingularDrive, method: Any, degree: int, count: int) -> list[
 
 
 def from_integral(drive: SingularDrive) -> float:
-    """Largest distance of u and u' from int f(x - r) r^-b dr, f = sin, cos, by QUADPACK's QAWS."""
+    """The largest distance of |u| and |u'| from int_0^x f(x - r) r^-b dr, f = sin and cos, x =
+    |t - t*|, by QUADPACK's QAWS, at three times."""
     distances = []
     for t in (0.1, 0.4, 0.9):
         x = abs(t - drive.singularity)
@@ -114,7 +116,7 @@ def from_integral(drive: SingularDrive) -> float:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Powers of N by place and exponent, and orders in h."""
+    """The powers of N for each t* and b, and the orders in h."""
 
     def order(quantity: str, b: float, N: int) -> Fit:
         return readings.order(table, FLOOR, study=named(PLACE, b), quantity=quantity, n=N + 1)

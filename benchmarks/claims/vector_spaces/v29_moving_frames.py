@@ -26,7 +26,7 @@ STARS = Problem(
     np.array([[0.0, -0.7], [0.0, 0.7], [-0.9, 0.0]]),
     name="three equal masses, two of them close",
 )
-MOVED = "Kepler frame, moved nodes"  # with the start, so that the map is not that of held nodes
+MOVED = "Kepler frame, moved nodes"  # nodes move with the start, unlike those of a difference
 FRAMES: dict[str, tuple[Problem, Any, float, float]] = {  # problem, frame, longest step, T
     "harmonic frame": (
         galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.4, beta=0.3),
@@ -37,7 +37,7 @@ FRAMES: dict[str, tuple[Problem, Any, float, float]] = {  # problem, frame, long
     "Kepler frame": (STARS, galvi.KeplerFrame(even=True), 0.3, 3.0),
     MOVED: (STARS, galvi.KeplerFrame(), 0.15, 3.0),
 }
-YEARS = 3_652_500.0  # 10,000 years in days
+TEN_MILLENNIA_DAYS = 3_652_500.0  # 10,000 years in days
 ENERGY = "error of the energy"
 
 
@@ -74,9 +74,12 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 
 
 def planets(method: Any, quick: bool) -> dict[str, Any]:
-    """Changes over 10,000 years of the outer planets, or a tenth of that when quick, at ten times:
-    relative ones, and the place's in au."""
-    problem, duration = galvi.problems.outer_solar_system(), YEARS / 10 if quick else YEARS
+    """Relative changes of energy and momenta of the outer planets over 10,000 years, 1000 in the
+    quick form, at ten times; and the largest error of a coordinate at the end [au]."""
+    problem, duration = (
+        galvi.problems.outer_solar_system(),
+        TEN_MILLENNIA_DAYS / 10 if quick else TEN_MILLENNIA_DAYS,
+    )
     parts = round(duration / 400.0 / 10)
     run = galvi.integrate(problem, method, duration / (10 * parts), 10 * parts, save_every=parts)
     truth = STORED_TRUTH.run(problem, duration, {"samples": 1}).q[-1]
@@ -95,9 +98,14 @@ def planets(method: Any, quick: bool) -> dict[str, Any]:
 
 
 def noise(method: Any, quick: bool) -> Any:
-    """The energy's relative error at the end, root mean square over starts that differ by 1e-9."""
+    """The root mean square, over starts that differ by 1e-9, of the energy's relative error at the
+    end."""
     problem, random = galvi.problems.outer_solar_system(), np.random.default_rng(5)
-    starts, steps = (2, round(YEARS / 300.0)) if quick else (8, round(10.0 * YEARS / 300.0))
+    starts, steps = (
+        (2, round(TEN_MILLENNIA_DAYS / 300.0))
+        if quick
+        else (8, round(10.0 * TEN_MILLENNIA_DAYS / 300.0))
+    )
     errors = []
     for _ in range(starts):
         nearby = problem.q0 * (1.0 + 1e-9 * random.normal(size=problem.q0.shape))
@@ -108,7 +116,8 @@ def noise(method: Any, quick: bool) -> Any:
 
 
 def sheared(DF: Array) -> Array:
-    """After a shear of the state, which is symplectic: only differences tell."""
+    """DF after a shear of the state; since the shear is symplectic, only differences can detect
+    it."""
     return DF @ (np.eye(len(DF)) + 1e-8 * np.eye(len(DF), k=len(DF) // 2))
 
 

@@ -49,13 +49,13 @@ RULES: Mapping[str, Any] = {
     "Lobatto N": lambda degree: galvi.lobatto(degree),
 }
 DEGREES, THIRD_DEGREES = (1, 2, 4, 8), (1, 2, 3, 4, 6)
-SHARES = (0.02, 0.25, 0.5, 0.9)  # of the step at which eta C_N^2 = 1
+SHARES = (0.02, 0.25, 0.5, 0.9)  # step over that at which eta C_N^2 = 1
 SIZES = (0.4, 0.2, 0.1, 0.05, 0.025)
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
-    """Differences of two solutions over their bounds, exact and by rule; the constants of
-    {1, (1 - t)^k}; theorem 3, by rule and problem."""
+    """Differences of two solutions over their bounds, exact and for each rule; the constants of
+    {1, (1 - t)^k}; and ratios of theorem 3 for each rule and problem."""
     pairs, third = differences(12 if quick else 24), []
     over = {
         name: [over_bounds(h, pairs, exact_sizes(motions, h, pairs)) for h in STEPS]
@@ -116,26 +116,29 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 def over_bounds(
     h: float, pairs: tuple[Array, ...], sizes: tuple[Array, Array], *constant: float
 ) -> list[float]:
-    """The largest |d|_X, |dp_h| and sum of both, over their bounds."""
+    """The largest ratios of |d|_X, |dp_h| and their sum to their bounds."""
     limits = bounds(h, pairs[2], pairs[3], *constant)
     return [np.max(size / limit) for size, limit in zip((*sizes, sum(sizes)), limits, strict=True)]
 
 
 def in_steps(method: Any, degree: int, pairs: tuple[Array, ...]) -> list[list[float]]:
-    """As `over_bounds`, without the sum, for the pendulum at SHARES of the h with eta C_N^2 = 1."""
+    """As `over_bounds` without the sum, for steps of the pendulum of SHARES of the h at which
+    eta C_N^2 = 1."""
     constant = friedrichs(grams(all_of_degree(degree), *nodes(method.rule)))
     steps = [share * z0() / math.sqrt(3.0) / constant for share in SHARES]
     return [over_bounds(h, pairs, discrete_sizes(method, h, pairs), constant)[:2] for h in steps]
 
 
 def growth(h: float) -> float:
-    """Largest quotient of the oscillator: it is convex in (du, dp), so one of them is 0 there."""
+    """The largest quotient of the oscillator times sqrt(h) / cos h; the quotient is convex in
+    (du, dp), so that du or dp is 0 where it is largest."""
     sizes = exact_sizes(oscillations, h, (np.zeros(2), np.zeros(2), *np.eye(2)))
     return float(np.max(sum(sizes))) * math.sqrt(h) / math.cos(h)
 
 
 def of_general_spaces() -> dict[str, Any]:
-    """Where free motions are not straight, proposition 1 has another constant."""
+    """Numbers on spaces whose free motions are not straight, for which proposition 1 has another
+    constant."""
     inf_sup, farthest, eta, singular = np.array([opposed(k) for k in (3, 6, 11)]).T
     return {
         "least inf-sup constant over m": np.min(inf_sup),
@@ -150,7 +153,8 @@ def of_general_spaces() -> dict[str, Any]:
 
 
 def distance_of_references() -> float:
-    """The pendulum's closed form less DOP853, at the ends of the longest steps."""
+    """The largest difference between the pendulum's closed form and DOP853 after the longest step,
+    over three starts."""
     starts, h = (np.array([1.0, -2.0, 0.5]), np.array([1.0, 2.0, -1.5])), STEPS[-1]
     exact = EXACT_PENDULUM.run(Problem(PENDULUM.problem().system, *starts), h, {"samples": 1})
     ends = np.squeeze(swings(*starts, np.array([h])))
@@ -158,7 +162,7 @@ def distance_of_references() -> float:
 
 
 def faster(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
-    """u'' = -4 u."""
+    """As `oscillations`, for u'' = -4 u, for a planted fault."""
     u, v = oscillations(u0, v0 / 2.0, 2.0 * t)
     return u, 2.0 * v
 

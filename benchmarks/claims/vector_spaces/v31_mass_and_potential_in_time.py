@@ -1,4 +1,4 @@
-"""V31: oscillators with a mass or a potential in time (M section 2, theorems 1 and 2)."""
+"""V31: oscillators whose mass or potential depends on time (M section 2, theorems 1 and 2)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from references.scipy.ivp import TIGHT
 DURATION = 4.0
 COUNTS = tuple(round(8.0 * 2.0 ** (j / 2)) for j in range(13))
 FLOOR = 5e-13  # of p up to 7; 4e-16 was measured
-RULES: dict[str, Any] = {  # the rule, the same in numpy, its number of points less N
+RULES: dict[str, Any] = {  # name -> (rule, the same in numpy, number of points minus N)
     "Gauss N": (galvi.gauss, gauss_points, 0),
     "Gauss N + 1": (galvi.gauss, gauss_points, 1),
     "Lobatto N + 1": (galvi.lobatto, lobatto_points, 1),
@@ -52,8 +52,8 @@ RULES: dict[str, Any] = {  # the rule, the same in numpy, its number of points l
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Errors of q and p at T = 4, of each oscillator, rule and degree in `study`; without it the
-    extremes of M's constants, and distances of u and p at T from DOP853."""
+    """Errors of q and p at T = 4, with oscillator, rule and degree in `study`; and, without a
+    study, extremes of M's constants and distances of u and p at T from DOP853."""
     lines = []
     for timed, name, N in product(TIMED, list(RULES)[:3], (1, 2, 3)):
         report(f"{timed.name}, {name}, N = {N}")
@@ -84,14 +84,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def exact(timed: TimedOscillator) -> Array:
-    """u and p at 0 and T."""
+    """u and p at times 0 and T, (2, 2): a row for each quantity."""
     t = np.array([0.0, DURATION])
     u, v = timed.motion(t)
     return np.array([u, timed.mass(t) * v])
 
 
 def distance_of_references(timed: TimedOscillator) -> float:
-    """The distance of u and p at T from those of DOP853."""
+    """The largest distance of u and p at T from those of DOP853."""
 
     def rates(t: Any, y: Any) -> Any:
         return [y[1] / timed.mass(t), -timed.slope(t, y[0])]
@@ -102,8 +102,8 @@ def distance_of_references(timed: TimedOscillator) -> float:
 
 
 def of_mass(N: int, points: Any, growth: float, h: float) -> tuple[float, float]:
-    """On [0, h] for mu = e^(g t), V'' = w^2 mu: M's pass (5) in |.|_(X,N) over its bound, and the
-    inf-sup constant over m; m = min mu, K = max V''."""
+    """Constants on [0, h] for mu = e^(g t) and V'' = w^2 mu: the contraction of M's pass (5) in
+    |.|_(X,N) over its bound, and the inf-sup constant over m; m = min mu, K = max V''."""
     functions, (t, b) = all_of_degree(N), points
     gram, u, du = grams(functions, t, b), values(functions, t), slopes(functions, t)
     mass, ends = np.exp(growth * h * t), np.exp(growth * h * np.array([0.0, 1.0]))
@@ -128,7 +128,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def late(oscillators: Any) -> Any:
-    """Their motions by a clock that is faster by 1e-9."""
+    """The oscillators with motions whose time runs faster by 1e-9, for a planted fault."""
     return tuple(
         replace(timed, motion=lambda t, of=timed.motion: of((1.0 + 1e-9) * t))
         for timed in oscillators

@@ -1,4 +1,4 @@
-"""V32: one step beside those of Runge-Kutta methods, by textbook formulas in numpy (M sec. 1)."""
+"""V32: a step against those of Runge-Kutta methods, by textbook formulas in numpy (M sec. 1)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENDS = "distance of q and p at the end"
 
 
 def two_springs(q: Array) -> Array:
-    """The acceleration of Henon and Heiles, of (stages, 2)."""
+    """The acceleration of Henon and Heiles' problem at q, (..., 2)."""
     x, y = q[..., 0], q[..., 1]
     return np.stack([-x - 2.0 * x * y, -y - x**2 + y**2], axis=-1)
 
@@ -32,7 +32,7 @@ CASES = (  # problem, mass, acceleration
     (galvi.problems.henon_heiles(), 1.0, two_springs),
     (galvi.Problem(PENDULUM, np.ones(1), np.ones(1)), 2.0, lambda q: -0.5 * np.sin(q)),
 )
-RULES = {  # rule, the same in numpy, its number of points less N
+RULES = {  # name -> (rule, the same in numpy, number of points minus N)
     "Gauss N": (galvi.gauss, gauss_points, 0),
     "Lobatto N + 1": (galvi.lobatto, lobatto_points, 1),
 }
@@ -65,7 +65,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 
 
 def collocation(c: Array) -> Array:
-    """a_ij, the integral from 0 to c_i of the Lagrange polynomial that is 1 at c_j."""
+    """The matrix a_ij: integrals from 0 to c_i of the Lagrange polynomial that is 1 at c_j."""
     functions = all_of_degree(len(c) - 1)
     s, w = gauss_points(len(c))
     within = [values(functions, end * s) @ (end * w) for end in c]
@@ -73,12 +73,13 @@ def collocation(c: Array) -> Array:
 
 
 def partner(a: Array, b: Array) -> Array:
-    """a^ with b_i a^_ij + b_j a_ji = b_i b_j."""
+    """The symplectic partner a^ of a, for which b_i a^_ij + b_j a_ji = b_i b_j."""
     return b * (1.0 - a.T / b[:, None])
 
 
 def runge_kutta(acceleration: Any, q: Array, v: Array, a: Array, b: Array) -> tuple[Any, Any, Any]:
-    """q and v at the end, and the places of the stages; a of q, its partner of v."""
+    """q and v after a step, and the positions at the stages, (stages, d); a is the matrix for q,
+    its partner that for v."""
     places = np.tile(q, (len(b), 1))
     for _ in range(PASSES):
         velocities = v + STEP * partner(a, b) @ acceleration(places)
@@ -87,14 +88,14 @@ def runge_kutta(acceleration: Any, q: Array, v: Array, a: Array, b: Array) -> tu
 
 
 def verlet(acceleration: Any, q: Array, v: Array) -> tuple[Any, Any]:
-    """Half a kick, a drift, half a kick."""
+    """q and v after a step of Stormer-Verlet: half a kick, a drift, half a kick."""
     half = v + 0.5 * STEP * acceleration(q)
     end = q + STEP * half
     return end, half + 0.5 * STEP * acceleration(end)
 
 
 def newmark(acceleration: Any, q: Array, v: Array) -> tuple[Any, Any]:
-    """Displacements and velocities from the accelerations at both ends (Newmark 1959)."""
+    """q and v after a step of Newmark's method (1959), beta = 0 and gamma = 1/2."""
     before = acceleration(q)
     end = q + STEP * v + 0.5 * STEP**2 * before
     return end, v + 0.5 * STEP * (before + acceleration(end))

@@ -1,4 +1,4 @@
-"""V33: how long steps are beside other methods', what one costs, and whether curves keep pace."""
+"""V33: lengths and costs of steps compared with other methods, and whether curves keep pace."""
 
 from __future__ import annotations
 
@@ -54,19 +54,20 @@ RK4 = Nystrom(
 )
 GALERKIN, NEWTON = "Galerkin", "Galerkin, by Newton's method"
 LEAP, KUTTA, EIGHT, WISDOM = "leapfrog", "Runge-Kutta 4", "leapfrog of order 8", "WHFast"
-EXPLICIT: Mapping[str, tuple[Contender, Mapping[str, Any], int]] = {  # with the finest 2^(j/2)
+# Label -> (contender, options, largest j of the step sizes STEP / 2^(j/2)).
+EXPLICIT: Mapping[str, tuple[Contender, Mapping[str, Any], int]] = {
     LEAP: (STORMER_VERLET, {}, 26),
     KUTTA: (RK4, {}, 24),
     EIGHT: (LEAPFROG, ORDER_8, 12),
     WISDOM: (WHFAST, {}, 12),
 }
-FINE = 41  # basis functions, of V9's scan
+FINE = 41  # largest number of basis functions in V9's scan
 ERROR, FARTHEST = "distance to IAS15", "Mercury's distance from the Sun, over the mean one"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """By method, in `label`, and step: the largest distance of a body to IAS15 every 100 days and
-    Mercury's largest from the Sun; the series of `errors_of_curves`."""
+    """For each method, in `label`, and step: the largest distance of a body from IAS15 at intervals
+    of 100 days, and Mercury's largest distance from the Sun; and rows of `errors_of_curves`."""
     problem = galvi.problems.solar_system()
     report("IAS15")
     truth = IAS15.run(problem, STEP * STEPS, {"samples": STEPS})
@@ -98,7 +99,7 @@ def _distances(run: Trajectory, truth: Trajectory, **where: Any) -> list[dict[st
 
 
 def mean_distance(problem: Any) -> float:
-    """Mercury's, by Kepler's third law."""
+    """Mercury's mean distance from the Sun, by Kepler's third law."""
     gm = problem.system.G * (problem.system.masses[0] + problem.system.masses[MERCURY])
     return float(gm * (period(problem, MERCURY) / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
 
@@ -106,8 +107,11 @@ def mean_distance(problem: Any) -> float:
 def longest(
     table: DataFrame, label: str, limit: float, quantity: str = ERROR, **where: Any
 ) -> float:
-    """The longest step in which, and in all shorter ones, a number is within the limit; of errors
-    between two steps, by a power law. NaN where the shortest is outside."""
+    """The longest step for which, as for all shorter ones, a quantity is at most `limit`.
+
+    For errors it is interpolated between two steps by a power law. NaN if the quantity exceeds the
+    limit in the shortest step.
+    """
     h, values = series(table, "step", quantity=quantity, label=label, **where)
     outside = np.flatnonzero(~(values <= limit))
     first = int(outside[-1]) + 1 if outside.size else 0
@@ -120,19 +124,20 @@ def longest(
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Steps of one error, steps that are accurate or bounded at all, costs, and curves."""
+    """Ratios of steps with equal errors and of longest accurate or bounded steps, of costs, and the
+    numbers of `bases_and_orders`."""
 
     def of_one_error(label: str, n: int) -> float:
         error = readings.largest_of(table, quantity=ERROR, label=GALERKIN, n=n)
         return longest(table, label, error)
 
     def work(label: str, **where: int) -> float:
-        """Force evaluations in a step; NaN where none were counted."""
+        """The smallest number of force evaluations per step; NaN if they were not counted."""
         runs = pick(table, quantity=ERROR, label=label, **where)
         return readings.smallest((runs["force_evaluations"] / runs["steps"]).to_numpy())
 
     def cost(label: str, n: int) -> float:
-        """Evaluations of the Galerkin method over those of another with its error."""
+        """Evaluations of the Galerkin method over those of another method with the same error."""
         return work(GALERKIN, n=n) * of_one_error(label, n) / (STEP * work(label))
 
     visible = VISIBLE * mean_distance(galvi.problems.solar_system())
@@ -179,17 +184,17 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
 
 def in_each_others_place(table: DataFrame) -> None:
-    """The leapfrogs of order 2 and 8."""
+    """Exchange the leapfrogs of orders 2 and 8, for a planted fault."""
     table["label"] = table["label"].replace({LEAP: EIGHT, EIGHT: LEAP})
 
 
 def dearer(table: DataFrame, by: float) -> None:
-    """Galerkin steps of more, or fewer, force evaluations."""
+    """Multiply the force evaluations of Galerkin steps by a factor, for a planted fault."""
     table.loc[table["label"].isin([GALERKIN, NEWTON]), "force_evaluations"] *= by
 
 
 def worse_in_n(table: DataFrame) -> None:
-    """Curves of which each n leaves a tenth more."""
+    """Multiply errors of curves by 1.1^n, for a planted fault."""
     curve = table["quantity"] == ENDS_AND_CURVE[1]
     table.loc[curve, "value"] *= 1.1 ** table.loc[curve, "n"]
 

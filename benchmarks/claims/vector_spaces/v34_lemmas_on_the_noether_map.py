@@ -66,8 +66,9 @@ STENCIL = ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0))
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
-    """Both sides of the lemmas in one step by rule, and along a run; the function phi_1 in `label`.
-    Of exact motions by step: p . a(q) and what the exact discrete Lagrangian generates."""
+    """Ratios of both sides of the lemmas in one step for each rule, with phi_1 in `label`, and
+    along a run; and for exact motions the change of p . a(q) and the momenta that the exact
+    discrete Lagrangian generates, over the step."""
     table = in_a_run(make_method, 13 if quick else 100)
     for name, points in RULES.items():
         report(name)
@@ -85,13 +86,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def functions(n: int) -> dict[str, Array]:
-    """H's phi_1, and the straight line that a basis of the same space may begin with, (n,)."""
+    """Name -> a phi_1, (n,): H's, and a straight line, with which a basis of the same space may
+    begin."""
     first, second, *_ = np.eye(n)
     return {HATS: lagrange_at_chebyshev(n - 1)[0], LINE: 0.5 * (first - second)}
 
 
 def of_step(step: Step, phi: Array) -> dict[str, float]:
-    """Lemmas 2.3.3 and 2.3.4, and norms of the curve's distance."""
+    """The ratios of lemmas 2.3.3 and 2.3.4 in a step, and norms of the curve's distance."""
     size, norms = float(np.linalg.norm(step.a)), step.norms
     curve, exact = (step.noether(name, phi) for name in (CURVE, LOCAL))
     rule_error = step.rule_error(LOCAL, phi)
@@ -103,7 +105,7 @@ def of_step(step: Step, phi: Array) -> dict[str, float]:
     q, p = step.motions[LOCAL](step.h * np.array([0.0, 0.5, 1.0]))
     momentum = np.sum(p * generator(q), axis=1)
     sides = {
-        PRINTED: abs(curve - exact) / (size * math.prod(step.right(phi))),
+        PRINTED: abs(curve - exact) / (size * math.prod(step.right_side(phi))),
         PROVED: abs(curve - exact) / (size * (step.lipschitz * norms["q in L^1"] + change)),
         NOETHER: abs(curve - step.run.p[0] @ step.a),
         RULE: change / w11_norm,
@@ -117,7 +119,8 @@ def of_step(step: Step, phi: Array) -> dict[str, float]:
 
 
 def in_a_run(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
-    """(2.23) step by step, n = 4 and h = 0.5; C and C_a are the largest along the run."""
+    """Rows on (2.23) over the steps of a run with n = 4 and h = 0.5; C and C_a are the largest
+    along the run."""
     method, phi = make_method(galvi.Polynomials(3), galvi.gauss(8)), functions(4)[HATS]
     current, sides = problem(), []
     momentum = current.v0 @ generator(current.q0)
@@ -127,7 +130,7 @@ def in_a_run(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
         if step is None:
             return rows({GLOBAL: math.nan, FIRST: math.nan}, status=failure(run))
         left = abs(step.exact.p[0] @ step.a - momentum)
-        sides.append((left, np.linalg.norm(step.a), *step.right(phi)))
+        sides.append((left, np.linalg.norm(step.a), *step.right_side(phi)))
         current = replace(current, q0=run.q[1], v0=run.p[1])
     left, size, constant, norms = np.array(sides).T
     over = left / (4.0 * np.max(constant) * np.max(size) * norms)
@@ -135,8 +138,8 @@ def in_a_run(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
 
 
 def of_exact_motion(start: Problem, h: float) -> dict[str, float]:
-    """The change of p . a(q); the largest component of p_0 + D_1 L_d and p_1 - D_2 L_d, of the
-    action between the ends."""
+    """The change of p . a(q) in an exact motion; and the largest component of p_0 + D_1 L_d and
+    p_1 - D_2 L_d, where L_d is the action between its ends."""
     q, p = exact_motion(start.q0, start.v0)(np.linspace(0.0, h, 9))
     momentum, slopes = np.sum(p * generator(q), axis=1), np.zeros((2, 2))
     for index in np.ndindex(2, 2):
@@ -152,7 +155,8 @@ def of_exact_motion(start: Problem, h: float) -> dict[str, float]:
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
-    """Largest sides of lemma 2.3.3 and its hypotheses, of 2.3.4, (2.23) and exact motions."""
+    """The largest ratios of lemma 2.3.3 and its hypotheses, of lemma 2.3.4 and of (2.23), and
+    numbers of exact motions."""
 
     def largest(quantity: str, **where: str) -> float:
         return readings.largest_of(table, quantity=quantity, **where)
@@ -162,14 +166,14 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return estimate(readings.order(table, ROUND_OFF, quantity=quantity, **where))
 
     def share(n: int) -> Estimate:
-        """The order of the distance in W^{1,1} over h times the largest of q'."""
+        """The order of the distance in W^{1,1} over h times the largest distance of q'."""
         distance, rate = order(WHOLE, n), order(RATE, n)
         scatter = math.hypot(distance.uncertainty or 0.0, rate.uncertainty or 0.0)
         refuted = distance.refuted or rate.refuted
         return Estimate(distance.value - rate.value - 1.0, scatter, refuted)
 
     def farthest(several: Sequence[Estimate], size: Callable[[float], float]) -> Estimate:
-        """The estimate of the largest size, or one that is not known."""
+        """The estimate whose value has the largest `size`, or one that is refuted or NaN."""
         return max(
             several,
             key=lambda fitted: (fitted.refuted, math.isnan(fitted.value), size(fitted.value)),

@@ -29,15 +29,16 @@ STARS = Problem(
     np.array([[0.0, -0.3, 0.0], [0.0, 0.7, 0.0], [-0.6, 0.0, 0.1]]),
     name="three stars, two of them close",
 )
-QUICK_STEPS = 250_000  # steps of a long run, when quick
+QUICK_STEPS = 250_000  # steps of the long run in the quick form
 
 
 def facing(q: Any) -> Any:
+    """The function g of a clock, on the angle q[1]."""
     return 1.0 / (2.0 + np.cos(q[1]))
 
 
 def clocks() -> dict[str, tuple[Problem, Any, Any, float, float]]:
-    """Problem, clock, truth, longest step, T."""
+    """Name -> (problem, clock, truth, longest step, duration T)."""
     swing = galvi.problems.elastic_pendulum()
     return {
         "DynamicalTime": (STARS, galvi.DynamicalTime(), DOP853, 0.5, 4.0),
@@ -47,7 +48,8 @@ def clocks() -> dict[str, tuple[Problem, Any, Any, float, float]]:
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
-    """Orders, defects, momenta and ways back in each clock; the energy in a long run."""
+    """Orders, defects and round-trip errors in each clock; momenta; and the energy in a long
+    run."""
     numbers: dict[str, Any] = {}
     for name, (problem, clock, truth, longest, duration) in clocks().items():
         report(name)
@@ -86,7 +88,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 
 
 def without_slope(original: Any) -> Any:
-    """L_tau with g held where it is differentiated: an adaptive step chosen from outside."""
+    """The transformed problem with g constant under differentiation, as with an adaptive step that
+    is chosen from outside, for a planted fault."""
 
     def wrong(in_tau: Any, driven: bool, t0: float) -> Problem:
         if in_tau.base_slopes is None:

@@ -1,4 +1,4 @@
-"""V36: events of a Kepler orbit, of a pendulum and of uniform motion, beside known ones."""
+"""V36: events of a Kepler orbit, a pendulum and a uniform motion, against exact ones."""
 
 from __future__ import annotations
 
@@ -15,16 +15,20 @@ from benchmarks.claims.kit import Fault, MakeMethod, Report, collocation, conver
 from references.closed_forms.double_double import DIGITS
 from references.closed_forms.pendulum import Modulus
 
-ECCENTRICITY, PARTS = 0.3, (40.3, 50.8, 63.9, 80.6)  # steps a revolution
-ANGLES = np.linspace(0.1, 3.1, 16)  # of lines
-SWING, PER_PERIOD = 0.75 * math.pi, 16  # amplitude of the pendulum, steps
-STEP, GAPS = 0.25, (1e-2, 1e-3, 1e-4, 1e-5)  # of uniform motion; of pairs of crossings, in steps
+ECCENTRICITY = 0.3
+STEPS_PER_REVOLUTION = (40.3, 50.8, 63.9, 80.6)  # steps per revolution of the Kepler orbit
+ANGLES = np.linspace(0.1, 3.1, 16)  # of the normals of lines through its centre
+AMPLITUDE = 0.75 * math.pi  # amplitude of the pendulum
+STEPS_PER_PERIOD = 16  # steps per period of the pendulum
+STEP = 0.25  # of the uniform motion
+GAPS = (1e-2, 1e-3, 1e-4, 1e-5)  # distances of the crossings of a pair, in steps
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
-    """Orders of times; crossings of a pendulum, at ends of steps and in pairs."""
+    """Orders of the times of events; and counts of crossings of a pendulum, at ends of steps and in
+    nearly double pairs."""
     numbers: dict[str, Any] = {}
-    sizes = [2.0 * math.pi / parts for parts in PARTS]
+    sizes = [2.0 * math.pi / parts for parts in STEPS_PER_REVOLUTION]
     for stages in (3, 4):
         errors = np.array([passages(collocation(make_method, stages), h) for h in sizes])
         for k, quantity in enumerate(("times of events", "curve's distance from them")):
@@ -35,13 +39,16 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
 
 
 def passages(method: Any, step: float) -> tuple[float, float]:
-    """Where a Kepler orbit crosses lines through its centre: the largest error of the times of
-    events, and the root mean square of the distances of roots on the curve of the run from these.
+    """Errors for the crossings of a Kepler orbit with lines through its centre: the largest error
+    of the times of events, and the root mean square of their distances from roots on the run's
+    curve.
 
-    By Kepler's equation from the true anomalies f; the orbit starts at its pericentre."""
+    The exact times follow from the true anomalies f by Kepler's equation; the orbit starts at its
+    pericentre. NaN if the number of events is wrong.
+    """
     e, steps = ECCENTRICITY, math.ceil(2.0 * math.pi / step)
     run = galvi.integrate(galvi.problems.kepler(e), method, step, steps)
-    late, squares = [], []
+    time_errors, squares = [], []
     for angle in ANGLES:
         normal = np.array([math.cos(angle), math.sin(angle)])
         t = galvi.find_events(run, galvi.events.plane_crossing(normal)).t
@@ -51,21 +58,22 @@ def passages(method: Any, step: float) -> tuple[float, float]:
         exact = exact[(exact > 0.0) & (exact < run.t[-1])]
         if len(t) != len(exact):
             return math.nan, math.nan
-        late.append(np.max(abs(t - exact)))
+        time_errors.append(np.max(abs(t - exact)))
         on_curve = newton(lambda x, n=normal: run(x) @ n, t, x1=t + 1e-3 * step, tol=1e-12)
         squares.append(np.mean((on_curve - t) ** 2))
-    return max(late), math.sqrt(np.mean(squares))
+    return max(time_errors), math.sqrt(np.mean(squares))
 
 
 def swings(method: Any, wanted: int) -> dict[str, Any]:
-    """A pendulum let go passes the lowest place at odd quarters of its period 4 K(k)."""
-    k = math.sin(0.5 * SWING)
+    """Errors for a pendulum from rest, which passes its lowest position at odd quarters of its
+    period 4 K(k)."""
+    k = math.sin(0.5 * AMPLITUDE)
     with localcontext(DIGITS):
         square = Decimal(k) ** 2
         quarter = float(Modulus(square, 1 - square).quarter)
     problem = galvi.problems.planar_pendulum(2.0 * math.asin(k))
-    steps = math.ceil((0.5 * wanted + 0.1) * PER_PERIOD)
-    run = galvi.integrate(problem, method, 4.0 * quarter / PER_PERIOD, steps)
+    steps = math.ceil((0.5 * wanted + 0.1) * STEPS_PER_PERIOD)
+    run = galvi.integrate(problem, method, 4.0 * quarter / STEPS_PER_PERIOD, steps)
     t = galvi.find_events(run, galvi.events.angle(0, 0.0)).t
     nearest = np.clip(np.round((t / quarter - 1.0) / 2.0), 0.0, wanted - 1.0)
     late = abs(t - quarter * (1.0 + 2.0 * nearest))
@@ -80,7 +88,8 @@ def swings(method: Any, wanted: int) -> dict[str, Any]:
 
 
 def on_a_line(method: Any) -> dict[str, Any]:
-    """A free body in steps of a binary fraction, x(t) = t: its places are exact."""
+    """Counts of crossings of a free body with x(t) = t, whose positions are exact in steps of a
+    binary fraction."""
     start, velocity = np.array([[0.0, 1.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
     problem = galvi.Problem(galvi.NBody(np.ones(1)), start, velocity)
     run = galvi.integrate(problem, method, STEP, 16)
@@ -99,12 +108,13 @@ def on_a_line(method: Any) -> dict[str, Any]:
 
 
 def pair(q: Any, v: Any, t: float, middle: float, half: float) -> Any:
-    """Two roots of x, in one step."""
+    """An event function of x with roots at `middle` minus and plus `half`."""
     return (q[0, 0] - middle) ** 2 - half**2
 
 
 def without(lost: Any) -> Fault:
-    """Roots (rows, x), x in (-1, 1] of a row's step, are lost."""
+    """The fault that the roots (rows, x) for which lost(rows, x) is true are not found; x in (-1,
+    1] is the position in the step of a row."""
 
     def wrong(original: Any) -> Any:
         def remaining(*series: Any) -> Any:

@@ -17,7 +17,7 @@ TURNED = 1e-3  # rad
 
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
-    """Errors after STEPS with some degrees of the components over those with others."""
+    """Ratios of errors after STEPS steps between different degrees of the components."""
     both, fast, neither = (error(make_method, degrees, 0.0) for degrees in ((8, 8), (8, 4), (4, 4)))
     turned = [error(make_method, degrees, TURNED) for degrees in ((8, 4), (8, 8))]
     return {
@@ -28,7 +28,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def error(make_method: MakeMethod, degrees: tuple[int, int], angle: float) -> float:
-    """The largest of a component at the end; NaN for a failed run."""
+    """The largest error of a component at the end; NaN for a failed run."""
     modes = modes_at(angle)
     stiffness = modes @ np.diag(FREQUENCIES**2) @ modes.T
 
@@ -54,13 +54,13 @@ def modes_at(angle: float) -> Array:
 
 
 def of_one_degree_less(space: Any, rule: Any) -> galvi.Galerkin:
-    """Methods with degree 3 where 8 and 4 are asked for."""
+    """A faulty constructor that takes degrees 8 and 3 for 8 and 4."""
     degrees = (8, 3) if space.degrees == (8, 4) else space.degrees
     return galvi.Galerkin(galvi.ComponentPolynomials(degrees), rule)
 
 
 def of_high_degree(space: Any, rule: Any) -> galvi.Galerkin:
-    """Methods with degree 8 for both."""
+    """A faulty constructor that takes degree 8 for both components."""
     return galvi.Galerkin(galvi.ComponentPolynomials((8, 8)), rule)
 
 

@@ -16,8 +16,8 @@ from reports.figures.plots.paths import clouds, moving_cloud
 from reports.results.section import Figure
 
 SOURCE = "M fig. 3"
-PLACE = "largest error of the position [m]"
-SHOWN = "Solid line: fit over the filled points; dashed, a little above: the rate claimed"
+POSITION_ERROR = "largest error of the position [m]"
+LINES_TEXT = "Solid line: fit over the filled points; dashed, a little above: the rate claimed"
 
 
 def _rates(start: str, degrees: Iterable[int]) -> tuple[Rate, ...]:
@@ -43,8 +43,8 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             title=f"A sand particle in a rotor's wind, {title}",
             claims=("V23",),
             draw=convergence,
-            options={"rates": rates, "ylabel": PLACE, "unit": "s"},
-            caption=f"{SHOWN}. Euler: semi-implicit. {caption}",
+            options={"rates": rates, "ylabel": POSITION_ERROR, "unit": "s"},
+            caption=f"{LINES_TEXT}. Euler: semi-implicit. {caption}",
             size=(6.4, 4.4),
         )
         for name, rates, title, caption in (
@@ -79,7 +79,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
                 v23.SOLVED: "solved to round-off",
             },
             "xlabel": "step size $h$ [s], smaller to the right",
-            "ylabel": PLACE,
+            "ylabel": POSITION_ERROR,
         },
         caption="Newton's iteration stops when the relative change of the position is below this.",
     ),
@@ -98,7 +98,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
                 **{v24.label_of(N): f"$N={N}$" for N in v24.DEGREES},
             },
             "xlabel": "time to solution [s]",
-            "ylabel": PLACE,
+            "ylabel": POSITION_ERROR,
         },
         caption="Medians of one interleaved run, with bars from the fastest to the slowest round, "
         "both in compiled code, Python's overhead and what it takes to set up a run included.",

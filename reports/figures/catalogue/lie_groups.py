@@ -24,24 +24,24 @@ from reports.figures.plots.spheres import Sphere, momentum_spheres, pendulum_sph
 from reports.figures.style.identities import COLOURS
 from reports.results.section import Figure
 
-POINTS = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
-ATTITUDE = "largest error of an entry of $R$ [1]"
+POINTS_TEXT = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
+ATTITUDE_ERROR = "largest error of an entry of $R$ [1]"
 LABELS = {
     l01.EULER: "explicit Euler, $h=0.01$",
     l01.ODE45: "RK45 (ode45) on matrices",
     l01.GALERKIN: f"galvi, $n={l01.N}$, $h=0.5$",
 }
 
-POLES = {"Cayley": "0.156", "modified Rodrigues": "0.066"}  # see L2
-LONGEST = max(l01.MOMENTUM, key=lambda label: l01.MOMENTUM[label])
+POLE_BASES = {"Cayley": "0.156", "modified Rodrigues": "0.066"}  # see L2
+LONGEST_RUN = max(l01.MOMENTUM, key=lambda label: l01.MOMENTUM[label])
 
-DASHED = f"{POINTS}; dashed, offset upwards: the claimed rate."
-OF_CHART = {  # those of the runs beside them; the last is drawn in front
+DASHED_TEXT = f"{POINTS_TEXT}; dashed, offset upwards: the claimed rate."
+COLOUR_OF_CHART = {  # those of the runs beside them; the last is drawn in front
     "modified Rodrigues": COLOURS[3],
     "exponential": COLOURS[1],
     "Cayley": COLOURS[0],
 }
-PENDULUM = "largest error of the attitude [1]"
+PENDULUM_ERROR = "largest error of the attitude [1]"
 
 LIE_GROUPS: tuple[Figure, ...] = (
     Figure(
@@ -53,7 +53,7 @@ LIE_GROUPS: tuple[Figure, ...] = (
         options={
             "panels": (
                 Sphere("explicit Euler, h = 0.01", l01.EULER, lines=True),
-                Sphere("RK45 (ode45), y' = y x w alone", LONGEST, lines=True),
+                Sphere("RK45 (ode45), y' = y x w alone", LONGEST_RUN, lines=True),
                 Sphere(f"galvi, n = {l01.N}, h = 0.5", l01.GALERKIN),
             ),
             "inertia": INERTIA,
@@ -86,10 +86,10 @@ LIE_GROUPS: tuple[Figure, ...] = (
                     Rate(f"n-refinement, {chart}", l02.ENDS, "one-step", FLOOR),
                     Rate(f"n-refinement, {chart}", l02.CURVE, "curve", FLOOR, start=start),
                 ),
-                "ylabel": ATTITUDE,
+                "ylabel": ATTITUDE_ERROR,
             },
-            caption=f"{POINTS}. The curve's own rate is half that of the step ends"
-            + (f": its pole gives {POLES[chart]}^n." if chart in POLES else "."),
+            caption=f"{POINTS_TEXT}. The curve's own rate is half that of the step ends"
+            + (f": its pole gives {POLE_BASES[chart]}^n." if chart in POLE_BASES else "."),
             size=(6.4, 4.4),
         )
         for chart, start in l02.FROM.items()
@@ -102,9 +102,10 @@ LIE_GROUPS: tuple[Figure, ...] = (
         draw=convergence,
         options={
             "rates": in_h("n", l03.ERROR, l03.NS, l03.FLOOR, lambda n: 2 * (n // 2)),
-            "ylabel": ATTITUDE,
+            "ylabel": ATTITUDE_ERROR,
         },
-        caption=f"{POINTS}; dashed, offset upwards: the claimed rate. H reports the optimal rate "
+        caption=f"{POINTS_TEXT}; dashed, offset upwards: the claimed rate. H reports the optimal "
+        "rate "
         "for even n, which we read as n, and n - 1 for odd.",
         size=(6.4, 4.4),
     ),
@@ -116,9 +117,10 @@ LIE_GROUPS: tuple[Figure, ...] = (
         draw=convergence,
         options={
             "rates": in_h(l03.PENDULUM, l03.ERROR, l03.NS, l03.END_FLOOR),
-            "ylabel": ATTITUDE,
+            "ylabel": ATTITUDE_ERROR,
         },
-        caption=f"{POINTS}. Small rotations, whose errors show order 2 (n - 1) above round-off.",
+        caption=f"{POINTS_TEXT}. Small rotations, whose errors show order 2 (n - 1) above "
+        "round-off.",
         size=(6.4, 4.4),
     ),
     *(
@@ -175,9 +177,10 @@ LIE_GROUPS: tuple[Figure, ...] = (
                 Rate("n-refinement", quantity, label, pendulum_motion.FLOOR, start=l06.FROM)
                 for quantity, label in (("one-step error", "one-step"), ("curve error", "curve"))
             ),
-            "ylabel": PENDULUM,
+            "ylabel": PENDULUM_ERROR,
         },
-        caption=f"{POINTS}. Step ends have about the square of the curve's error. H sees one error "
+        caption=f"{POINTS_TEXT}. Step ends have about the square of the curve's error. H sees one "
+        "error "
         "for both, as it is for small n in runs a hundred times as long.",
     ),
     Figure(
@@ -188,9 +191,9 @@ LIE_GROUPS: tuple[Figure, ...] = (
         draw=convergence,
         options={
             "rates": in_h(l07.FIXED_TIME, "one-step error", l07.NS, l07.FLOOR, float),
-            "ylabel": PENDULUM,
+            "ylabel": PENDULUM_ERROR,
         },
-        caption=DASHED,
+        caption=DASHED_TEXT,
         size=(6.4, 4.4),
     ),
     Figure(
@@ -242,7 +245,7 @@ LIE_GROUPS: tuple[Figure, ...] = (
             },
             "steps": {
                 steps_near_the_limit.one_step(chart): (f"{chart} chart", color)
-                for chart, color in OF_CHART.items()
+                for chart, color in COLOUR_OF_CHART.items()
             },
             "turn": steps_near_the_limit.TURN,
             "change": steps_near_the_limit.CHANGE,
@@ -267,7 +270,7 @@ LIE_GROUPS: tuple[Figure, ...] = (
                 ),
                 "ylabel": "largest error of $q$ [1]",
             },
-            caption=f"T = {l14.DURATION:g}. {POINTS}.",
+            caption=f"T = {l14.DURATION:g}. {POINTS_TEXT}.",
         )
         for name, motion, chart in (
             ("exponential-chart", "3D pendulum", l14.EXPONENTIAL),
@@ -290,7 +293,7 @@ LIE_GROUPS: tuple[Figure, ...] = (
                 for chart in CHARTS
             },
         },
-        caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses above: the "
+        caption=f"One step of a body in steady rotation, n = {l14.ROTATION_N}; crosses above: the "
         "run failed; errors of 0 are drawn at 1e-17. Vertical lines: the limits.",
     ),
     Figure(
@@ -306,7 +309,7 @@ LIE_GROUPS: tuple[Figure, ...] = (
             ),
             "ylabel": "error at the end, distance of the curve",
         },
-        caption=f"{POINTS}. The curve against the exact motion between the same attitudes.",
+        caption=f"{POINTS_TEXT}. The curve against the exact motion between the same attitudes.",
     ),
     Figure(
         name="curve-between-same-ends-h",
@@ -318,6 +321,6 @@ LIE_GROUPS: tuple[Figure, ...] = (
             "rates": in_h(l15.IN_H, l15.CURVE, l15.NS, l15.FLOOR[l15.CURVE]),
             "ylabel": "distance in $W^{1,1}$",
         },
-        caption=f"{POINTS}. Against the exact motion between the same attitudes.",
+        caption=f"{POINTS_TEXT}. Against the exact motion between the same attitudes.",
     ),
 )

@@ -13,7 +13,12 @@ from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
 from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps as v10
 from benchmarks.claims.vector_spaces.euler_readings import ENERGY, EXPLICIT, IMPLICIT, SYMPLECTIC
-from benchmarks.claims.vector_spaces.implicit_euler_orbit import DAYS, INNER, PRINTED, YEARS
+from benchmarks.claims.vector_spaces.implicit_euler_orbit import (
+    DAYS_PER_YEAR,
+    DURATION_YEARS,
+    INNER,
+    PRINTED_STEP,
+)
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FIXED_TIME,
     FLOOR,
@@ -27,16 +32,16 @@ from reports.figures.plots.lines import energies, history
 from reports.figures.plots.paths import Panel, paths
 from reports.results.section import Figure
 
-N = "n-refinement"
+N_REFINEMENT = "n-refinement"
 ORBIT = "orbit"  # study of the runs in long steps
-HALF = 3.0  # au, half the width of the panels of H's figure 1.1
-HOLLOW = (
+HALF_WIDTH = 3.0  # au, half the width of the panels of H's figure 1.1
+HOLLOW_TEXT = (
     "Solid line: fit over the filled points; hollow points: pre-asymptotic, unstable or round-off"
 )
-DASHED = f"{HOLLOW}; dashed, offset upwards: the claimed rate."
-POSITION = "largest error of the position [unit of length]"
-RELATIVE_ENERGY = "largest relative energy error [1]"
-RELATIVE_MOMENTUM = "largest relative error of angular momentum [1]"
+DASHED_TEXT = f"{HOLLOW_TEXT}; dashed, offset upwards: the claimed rate."
+POSITION_ERROR = "largest error of the position [unit of length]"
+ENERGY_ERROR = "largest relative energy error [1]"
+MOMENTUM_ERROR = "largest relative error of angular momentum [1]"
 
 
 def _in_h(name: str, number: str, subject: str, claim: str, how: str, ylabel: str, rates: tuple):
@@ -47,7 +52,8 @@ def _in_h(name: str, number: str, subject: str, claim: str, how: str, ylabel: st
         claims=(claim,),
         draw=convergence,
         options={"rates": rates, "ylabel": ylabel},
-        caption=f"Kepler, e = 0.6, h-refinement. {DASHED if rates[0].claimed else HOLLOW + '.'}",
+        caption="Kepler, e = 0.6, h-refinement. "
+        f"{DASHED_TEXT if rates[0].claimed else HOLLOW_TEXT + '.'}",
         size=(6.4, 4.4),
     )
 
@@ -61,13 +67,14 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=paths,
         options={
             "panels": (
-                Panel(EXPLICIT, EXPLICIT, half=HALF),
-                Panel(IMPLICIT, IMPLICIT, half=HALF, stops=True),
-                Panel(SYMPLECTIC, SYMPLECTIC, half=HALF),
+                Panel(EXPLICIT, EXPLICIT, half=HALF_WIDTH),
+                Panel(IMPLICIT, IMPLICIT, half=HALF_WIDTH, stops=True),
+                Panel(SYMPLECTIC, SYMPLECTIC, half=HALF_WIDTH),
             ),
             "bodies": INNER,
         },
-        caption=f"{YEARS:g} years in steps of {PRINTED:g} years, relative to the Sun, in the "
+        caption=f"{DURATION_YEARS:g} years in steps of {PRINTED_STEP:g} years, relative to the "
+        "Sun, in the "
         "equatorial plane of the ICRF; explicit Euler leaves the frame. "
         "Implicit Euler ends at the crosses, where its solver stops converging.",
         size=(9.6, 3.5),
@@ -85,7 +92,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
                 SYMPLECTIC: "symplectic Euler: stays",
                 IMPLICIT: "implicit Euler: falls, then stops",
             },
-            "unit": DAYS,
+            "unit": DAYS_PER_YEAR,
         },
         caption="Relative change of the energy; logarithmic outside the shaded band. Implicit "
         "Euler ends at the cross, where its solver stops converging.",
@@ -98,13 +105,13 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=convergence,
         options={
             "rates": (
-                Rate(N, "one-step error", "one-step", v01.FLOOR),
-                Rate(N, "curve error", "curve", v01.FLOOR),
+                Rate(N_REFINEMENT, "one-step error", "one-step", v01.FLOOR),
+                Rate(N_REFINEMENT, "curve error", "curve", v01.FLOOR),
             ),
-            "ylabel": POSITION,
+            "ylabel": POSITION_ERROR,
             "top": 1e2,
         },
-        caption=f"A step is about three periods long. {HOLLOW}.",
+        caption=f"A step is about three periods long. {HOLLOW_TEXT}.",
     ),
     Figure(
         name="fig-2-04",
@@ -113,16 +120,16 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         claims=("V2",),
         draw=convergence,
         options={
-            "rates": (Rate(N, v02.QUANTITY, "energy", v02.FLOOR),),
-            "ylabel": RELATIVE_ENERGY,
+            "rates": (Rate(N_REFINEMENT, v02.QUANTITY, "energy", v02.FLOOR),),
+            "ylabel": ENERGY_ERROR,
             "top": 1e2,
         },
-        caption=f"{HOLLOW}.",
+        caption=f"{HOLLOW_TEXT}.",
     ),
     Figure(
         name="fig-2-05",
         source="H fig. 2.5",
-        title=f"Harmonic oscillator: energy error in time, n = {v02.WATCHED}, h = 20",
+        title=f"Harmonic oscillator: energy error in time, n = {v02.HISTORY_N}, h = 20",
         claims=("V2",),
         draw=history,
         options={"quantity": v02.QUANTITY, "ylabel": "relative energy error [1]"},
@@ -136,14 +143,15 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=convergence,
         options={
             "rates": (
-                Rate(N, "one-step error", "one-step", FLOOR, claimed=0.56,
+                Rate(N_REFINEMENT, "one-step error", "one-step", FLOOR, claimed=0.56,
                      power=v03.POWER),
-                Rate(N, "curve error", "curve", FLOOR, claimed=0.74, start=v04.FROM,
+                Rate(N_REFINEMENT, "curve error", "curve", FLOOR, claimed=0.74, start=v04.FROM,
                      power=v04.POWER),
             ),
-            "ylabel": POSITION,
+            "ylabel": POSITION_ERROR,
         },
-        caption=f"{DASHED} The curve's own, slower rate appears once the error accumulated at step "
+        caption=f"{DASHED_TEXT} The curve's own, slower rate appears once the error accumulated "
+        "at step "
         "ends is smaller.",
         size=(6.4, 4.4),
     ),
@@ -155,17 +163,17 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             claims=("V5",),
             draw=convergence,
             options={
-                "rates": (Rate(N, quantity, "curve", FLOOR, claimed=0.74),),
+                "rates": (Rate(N_REFINEMENT, quantity, "curve", FLOOR, claimed=0.74),),
                 "ylabel": ylabel,
             },
-            caption=DASHED,
+            caption=DASHED_TEXT,
         )
         for quantity, number, ylabel in zip(
-            INVARIANTS, (7, 8), (RELATIVE_ENERGY, RELATIVE_MOMENTUM), strict=True
+            INVARIANTS, (7, 8), (ENERGY_ERROR, MOMENTUM_ERROR), strict=True
         )
     ),
     *(
-        _in_h(name, "2.9", "Kepler: one-step error", "V6", how, POSITION,
+        _in_h(name, "2.9", "Kepler: one-step error", "V6", how, POSITION_ERROR,
               in_h(study, "one-step error", v06.NS, v06.FLOOR, lambda n: 2.0 * math.ceil(n / 2)))
         for name, how, study in (
             ("fig-2-09", "10 steps", v06.FIXED_NUMBER),
@@ -173,7 +181,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         )
     ),
     *(
-        _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
+        _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, ENERGY_ERROR,
               in_h(study, v07.ENERGY, v07.NS, v07.FLOOR, start=start))
         for name, how, study, start in (
             ("fig-2-10", "10 steps", fixed_number(10), SINGULARITY / 10),
@@ -182,7 +190,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     ),
     *(
         _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
-              RELATIVE_MOMENTUM,
+              MOMENTUM_ERROR,
               in_h(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, start=start))
         for name, how, study, claimed, start in (
             ("fig-2-11", "100 steps", fixed_number(100), lambda n: n / 2 + 2, SINGULARITY / 100),

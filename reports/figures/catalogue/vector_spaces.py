@@ -15,14 +15,17 @@ from benchmarks.test_problems.oscillators import SMOOTHNESS
 from reports.figures.plots.convergence import Rate, convergence, in_h
 from reports.results.section import Figure
 
-SOLID = "Solid line: fit over the filled points"
-SHOWN = ((0.5, 0.49), (0.5, 0.25), (0.0, 0.49), (0.0, 0.25))  # t*, b
-ROUGHEST = v28.ROUGH[0]
-POSITION = "largest error of the position [unit of length]"
+SOLID_TEXT = "Solid line: fit over the filled points"
+SINGULARITIES = ((0.5, 0.49), (0.5, 0.25), (0.0, 0.49), (0.0, 0.25))  # t*, b
+LARGEST_EXPONENT = v28.ROUGH[0]
+POSITION_ERROR = "largest error of the position [unit of length]"
 
 
-def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
-    """The figure of a motion whose third derivative jumps, with a line for each N."""
+def _approximations(quantity: str, ylabel: str, rate_loss: float) -> Figure:
+    """The figure of a quantity for a motion whose third derivative jumps, a line for each N.
+
+    The claimed rate in h is min(SMOOTHNESS, N + 1) - `rate_loss`.
+    """
     return Figure(
         name=f"best-approximation-{quantity.replace('_', '-')}",
         source="M sec. 5",
@@ -35,12 +38,13 @@ def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
                 quantity,
                 [N + 1 for N in v22.DEGREES],
                 v22.FLOOR,
-                lambda n: min(SMOOTHNESS, n) - minus,
+                lambda n: min(SMOOTHNESS, n) - rate_loss,
                 degrees=True,
             ),
             "ylabel": ylabel,
         },
-        caption=f"A point between two springs; {SOLID.lower()}; dashed, a little above: the rate "
+        caption=f"A point between two springs; {SOLID_TEXT.lower()}; dashed, a little above: the "
+        "rate "
         "claimed.",
         size=(6.4, 4.4),
     )
@@ -64,7 +68,8 @@ VECTOR_SPACES: tuple[Figure, ...] = (
             ),
             "ylabel": "error at the end, distance of the curve",
         },
-        caption=f"{SOLID}. The curve, in the norms of W^{{1,1}} and L^infinity, against the exact "
+        caption=f"{SOLID_TEXT}. The curve, in the norms of W^{{1,1}} and L^infinity, against the "
+        "exact "
         "motion between the same points: half as many digits as at the end.",
     ),
     Figure(
@@ -77,7 +82,7 @@ VECTOR_SPACES: tuple[Figure, ...] = (
             "rates": in_h(IN_H, CURVE, v14.NS, v14.FLOOR[CURVE]),
             "ylabel": "distance in $W^{1,1}$",
         },
-        caption=f"{SOLID}. Against the exact motion between the same points.",
+        caption=f"{SOLID_TEXT}. Against the exact motion between the same points.",
     ),
     Figure(
         name="discrete-lagrangian",
@@ -92,7 +97,8 @@ VECTOR_SPACES: tuple[Figure, ...] = (
             ),
             "ylabel": "error",
         },
-        caption=f"{SOLID}. The discrete Lagrangian at the ends of a step against the action of the "
+        caption=f"{SOLID_TEXT}. The discrete Lagrangian at the ends of a step against the action "
+        "of the "
         "exact motion between them, and the end of the step itself.",
     ),
     Figure(
@@ -107,7 +113,7 @@ VECTOR_SPACES: tuple[Figure, ...] = (
             ),
             "ylabel": "error of $L_d$",
         },
-        caption=f"{SOLID}; dashed, a little above: the step's order and one.",
+        caption=f"{SOLID_TEXT}; dashed, a little above: the step's order and one.",
     ),
     Figure(
         name="m-fig-1-left",
@@ -124,9 +130,9 @@ VECTOR_SPACES: tuple[Figure, ...] = (
                 lambda n: 2.0 * (n - 1),
                 degrees=True,
             ),
-            "ylabel": POSITION,
+            "ylabel": POSITION_ERROR,
         },
-        caption=f"{SOLID}; dashed, offset upwards: the rate measured in M.",
+        caption=f"{SOLID_TEXT}; dashed, offset upwards: the rate measured in M.",
         size=(6.4, 4.4),
     ),
     Figure(
@@ -140,9 +146,9 @@ VECTOR_SPACES: tuple[Figure, ...] = (
                 Rate(name, oscillator.QUANTITY, f"$h={h:g}$", oscillator.FLOOR)
                 for name, h in v18.STUDIES.items()
             ),
-            "ylabel": POSITION,
+            "ylabel": POSITION_ERROR,
         },
-        caption=f"{SOLID}. The lines bend downwards: the base itself decreases with n.",
+        caption=f"{SOLID_TEXT}. The lines bend downwards: the base itself decreases with n.",
     ),
     _approximations(v22.LARGEST, "largest $|u - v|_X$ of the subintervals", 1.0),
     _approximations(v22.MEAN, "mean $|u - v|_X$ of the subintervals", 0.5),
@@ -162,7 +168,7 @@ VECTOR_SPACES: tuple[Figure, ...] = (
                     claimed=2.0,
                     algebraic=True,
                 )
-                for t, b in SHOWN
+                for t, b in SINGULARITIES
             ),
             "ylabel": "$|u - v|_X$",
         },
@@ -173,12 +179,12 @@ VECTOR_SPACES: tuple[Figure, ...] = (
     Figure(
         name="finite-smoothness-in-step",
         source="M sec. 5",
-        title=f"a step through the singularity of u'' + u = |t - t*|^-{ROUGHEST:g}",
+        title=f"a step through the singularity of u'' + u = |t - t*|^-{LARGEST_EXPONENT:g}",
         claims=("V28",),
         draw=convergence,
         options={
             "rates": in_h(
-                v28.named(v28.PLACE, ROUGHEST),
+                v28.named(v28.PLACE, LARGEST_EXPONENT),
                 v28.PATH,
                 [N + 1 for N in v28.DEGREES],
                 v28.FLOOR,

@@ -23,14 +23,14 @@ from reports.tables.number_format import concise, is_finite
 
 @dataclass(frozen=True)
 class Refinement:
-    """What is refined.
+    """The axis and the rates of a kind of refinement.
 
     Attributes
     ----------
     xlabel, xscale
-        of the horizontal axis
+        label and scale of the horizontal axis
     rate
-        format of the text of a rate
+        format string of a rate
     """
 
     xlabel: str
@@ -50,7 +50,7 @@ class Rate:
     Attributes
     ----------
     study, quantity
-        which rows of the claim's table
+        select the rows of the claim's table
     label
         text in the legend
     floor
@@ -64,9 +64,9 @@ class Rate:
     until
         largest h of the fit, where the claim concerns small h only
     algebraic
-        of an n-refinement: errors fall like a power of the degree N = n - 1
+        whether errors of an n-refinement fall like a power of the degree N = n - 1
     power
-        exponent of a known factor n^-power, and its error
+        exponent p of a known factor n^-p of the errors, and its uncertainty
     """
 
     study: str
@@ -82,11 +82,11 @@ class Rate:
 
     @property
     def refinement(self) -> Refinement:
-        """The refinement: of n, of h, or of the degree N, drawn as 1 / N."""
+        """IN_H if `n` is given; else IN_DEGREE, drawn over 1 / N, if `algebraic`, or IN_N."""
         return IN_H if self.n is not None else IN_DEGREE if self.algebraic else IN_N
 
     def measured(self, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-        """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
+        """(n, h or 1 / N; errors), from coarse to fine; the error of a failed run is NaN."""
         where = {"study": self.study, "quantity": self.quantity}
         if self.n is not None:
             return series(table, "step", n=self.n, **where)
@@ -102,7 +102,7 @@ class Rate:
         return algebraic(x[used], error[used], floor=self.floor)
 
     def text(self, fit: Fit) -> str:
-        """The label with the fitted and the claimed rate, where known."""
+        """The label, with the fitted rate if it is finite, and with the claimed one, if any."""
         text = self.label
         if is_finite(fit.rate):
             factor = f"n^{{-{fit.power:g}}}" if fit.power else ""
@@ -123,7 +123,7 @@ def in_h(
     start: float = 0.0,
     degrees: bool = False,
 ) -> tuple[Rate, ...]:
-    """The h-refinement of each n; labels name the degrees N = n - 1 where these are asked for."""
+    """The h-refinement of each n; with `degrees`, labels show N = n - 1 in place of n."""
     return tuple(
         Rate(
             study, quantity, f"$N={n - 1}$" if degrees else f"$n={n}$", floor, claimed(n), n, start
@@ -132,10 +132,11 @@ def in_h(
     )
 
 
-ABOVE = 6.0  # points, of a claimed rate above those that it is claimed of
-HOLLOW = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
-CLAIMED = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
-UNUSED = "not in the fit, or not resolved"
+# Typographic points between the errors of a fit and the line of the claimed rate:
+CLAIM_OFFSET = 6.0
+HOLLOW_STYLE = {"color": GUIDE, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
+CLAIMED_STYLE = {"color": GUIDE, "linestyle": (0, (4, 2)), "linewidth": 1.1}
+UNUSED_LABEL = "not in the fit, or not resolved"
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 
@@ -148,25 +149,31 @@ def convergence(
     top: float = np.inf,
     unit: str = "unit of time",
 ) -> None:
-    """Errors on a logarithmic axis under refinement of n, of h, or of the degree N, which falls to
-    the right; points that are not in the fit are hollow.
+    """Draw errors under refinement of n, h, or the degree N, over n, h or 1 / N.
+
+    Points that are not in the fit are hollow.
 
     Parameters
     ----------
     top
-        larger errors, of unstable runs, are shown as an arrow and a number at the edge
+        larger errors, of unstable runs, are shown as a triangle and a power of ten at this height
+    unit
+        of the step size
     """
-    refined = rates[0].refinement
+    refinement = rates[0].refinement
     axes.set(
-        xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit), ylabel=ylabel
+        xscale=refinement.xscale,
+        yscale="log",
+        xlabel=refinement.xlabel.format(unit=unit),
+        ylabel=ylabel,
     )
-    if refined is IN_N:
+    if refinement is IN_N:
         axes.locator_params("x", integer=True)
-    elif refined is IN_DEGREE:  # at 1 / N for N = 2^k and 3 2^k
+    elif refinement is IN_DEGREE:  # at 1 / N for N = 2^k and 3 2^k
         axes.xaxis.set_major_locator(LogLocator(2.0, subs=(1.0, 4.0 / 3.0), numticks=20))
         axes.xaxis.set_major_formatter(lambda x, _: f"{1.0 / x:.0f}")
         axes.minorticks_off()
-    beyond: dict[tuple[float, str], None] = {}
+    clipped: dict[tuple[float, str], None] = {}
     for k, rate in enumerate(rates):
         x, error = rate.measured(table)
         if not np.any(error > 0.0):
@@ -178,18 +185,18 @@ def convergence(
         shown = np.where((error > 0.0) & (error <= top), error, np.nan)
         points(axes, x, shown, used, style, "not in the fit")
         axes.plot([], [], label=rate.text(fit), **style)
-        for large in np.flatnonzero(error > top):
-            axes.plot(x[large], top, "^", color=style["color"], mfc="white", clip_on=False)
-            beyond[x[large], f"{np.log10(error[large]):.0f}"] = None
+        for index in np.flatnonzero(error > top):
+            axes.plot(x[index], top, "^", color=style["color"], mfc="white", clip_on=False)
+            clipped[x[index], f"{np.log10(error[index]):.0f}"] = None
         if is_finite(fit.rate):
-            along = np.linspace(*fit.window, 50)
-            axes.plot(along, fit.evaluate(along), color=style["color"])
+            x_fit = np.linspace(*fit.window, 50)
+            axes.plot(x_fit, fit.evaluate(x_fit), color=style["color"])
             if rate.claimed is not None:
                 _claimed(axes, fit, rate.claimed, x[used], error[used])
-    for at, exponent in beyond:
+    for x_clipped, exponent in clipped:
         axes.annotate(
             f"$10^{{{exponent}}}$",
-            (at, top),
+            (x_clipped, top),
             xytext=(5, -2),
             color=GUIDE,
             fontsize=8,
@@ -201,26 +208,26 @@ def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndar
     """Draw the claimed rate, dashed, a little above all points (x, error) of the fit."""
     claim = replace(fit, rate=claimed, coefficient=1.0, power=0.0, bend=0.0)
     level = np.max(error / claim.evaluate(x)) * claim.evaluate(fit.window)
-    above = offset_copy(axes.transData, axes.figure, y=ABOVE, units="points")
-    legend(axes, axes.plot(fit.window, level, transform=above, **CLAIMED), ["claimed rate"])
+    above = offset_copy(axes.transData, axes.figure, y=CLAIM_OFFSET, units="points")
+    legend(axes, axes.plot(fit.window, level, transform=above, **CLAIMED_STYLE), ["claimed rate"])
 
 
 def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], hollow: str) -> None:
-    """A thin line through all points, which are hollow where they are not `filled`.
+    """Draw a thin line through all points, and their marks, hollow where `filled` is false.
 
     Parameters
     ----------
     x, y, filled
         arrays, or columns of one table
     hollow
-        what that means, for the legend
+        label of hollow marks in the legend
     """
     axes.plot(x, y, **{**style, "marker": ""}, linewidth=0.6, alpha=0.5)
-    marks = {**style, "linestyle": "none"}
-    axes.plot(x[filled], y[filled], **marks)
-    axes.plot(x[~filled], y[~filled], **marks, markerfacecolor="white")
+    mark_style = {**style, "linestyle": "none"}
+    axes.plot(x[filled], y[filled], **mark_style)
+    axes.plot(x[~filled], y[~filled], **mark_style, markerfacecolor="white")
     if np.any(np.isfinite(y[~filled])):
-        legend(axes, [Line2D([], [], **HOLLOW)], [hollow])
+        legend(axes, [Line2D([], [], **HOLLOW_STYLE)], [hollow])
 
 
 def orders(axes: Axes, table: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
@@ -246,12 +253,12 @@ def orders(axes: Axes, table: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         steps = rows[rows["h"].notna()].sort_values("h")
         timed = rows[rows["seconds"] > 0.0].sort_values("error")
         used, resolved = steps["fit"].astype(bool), ~timed["note"].isin((BOUND, ROUND_OFF))
-        points(by_step, steps["h"], steps["error"], used, style, UNUSED)
-        points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED)
+        points(by_step, steps["h"], steps["error"], used, style, UNUSED_LABEL)
+        points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED_LABEL)
         order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
         if is_finite(order):
             text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
             h, errors = steps.loc[used, "h"], steps.loc[used, "error"]
-            middle = np.exp(np.mean(np.log(errors / h**order)))
-            by_step.plot(h, middle * h**order, **{**style, "marker": ""}, linewidth=1.6)
+            coefficient = np.exp(np.mean(np.log(errors / h**order)))
+            by_step.plot(h, coefficient * h**order, **{**style, "marker": ""}, linewidth=1.6)
         by_step.plot([], [], label=text, **style)

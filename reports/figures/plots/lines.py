@@ -15,7 +15,7 @@ from reports.figures.style.decades import power_of_ten
 from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line_color
 from reports.figures.style.layout import NoData, mark_rounding, split
 
-TIME, STEP = "t", "step"  # columns of the horizontal axis; else it is a quantity of the same runs
+TIME, STEP = "t", "step"  # columns for the horizontal axis, which may also show a quantity
 SMALLEST_DRAWN = 1e-17  # drawn in place of an error of 0
 LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
 
@@ -23,12 +23,14 @@ LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
 def curve(
     table: pd.DataFrame, study: str, quantity: str, against: str = TIME
 ) -> tuple[Array, Array]:
-    """Finite pairs of a study, in the order of times or of numbers of steps.
+    """The finite pairs (x, y) of a study, sorted by time and number of steps, as two arrays.
 
     Parameters
     ----------
+    quantity
+        whose values are y
     against
-        a column, or a quantity that is paired by the number of steps
+        a column for x, or a quantity, whose values are matched by the number of steps
     """
     rows = pick(table, study=study, quantity=quantity).sort_values(["t", "steps"])
     if against not in rows:
@@ -54,24 +56,25 @@ def lines(
     unit: float = 1.0,
     signed: bool = False,
 ) -> None:
-    """The size of a quantity, a line for each study in `labels` (study -> text); a cross where a
-    run in time failed.
+    """Draw the absolute value of a quantity, a line for each study in `labels` (study -> text).
+
+    A line over time ends with a cross if one of its rows has a status.
 
     Parameters
     ----------
     against
-        time, the step, which falls to the right, or a quantity of the same runs
+        TIME, STEP, which falls to the right, or a quantity of the same runs
     between
-        quantities of the same runs, from which to which there is a bar; none where empty
+        two such quantities, between which horizontal bars are drawn; () for no bars
     floor
-        drawn in place of smaller sizes
+        drawn in place of smaller values
     unit
-        of the horizontal axis, in the table's
+        of the horizontal axis, in units of the table
     signed
-        the quantity with its sign; the caller sets the scale of the vertical axis
+        whether to draw the sign, too; the caller then sets the scale of the vertical axis
     """
     axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
-    for k, (study, text) in enumerate(labels.items()):
+    for k, (study, label) in enumerate(labels.items()):
         x, y = curve(table, study, quantity, against)
         x, y = x / unit, y if signed else np.maximum(np.abs(y), floor)
         shown = (signed | (y > 0.0)) & ((x > 0.0) | (xscale != "log"))
@@ -79,9 +82,11 @@ def lines(
         marker = "" if against == TIME else MARKERS[k]
         if not shown.any():
             continue
-        axes.plot(x[shown], y[shown], color=color, marker=marker, linewidth=1.0, label=text)
+        axes.plot(x[shown], y[shown], color=color, marker=marker, linewidth=1.0, label=label)
         if between:
-            (low, errors), (high, _) = (curve(table, study, quantity, end) for end in between)
+            (low, errors), (high, _) = (
+                curve(table, study, quantity, bar_quantity) for bar_quantity in between
+            )
             axes.hlines(errors, low, high, color=color, linewidth=0.9, alpha=0.8)
         if against == TIME and any(pick(table, study=study, quantity=quantity)["status"] != ""):
             axes.plot(x[-1], y[-1], "X", color=color, markersize=7)
@@ -89,20 +94,20 @@ def lines(
         axes.invert_xaxis()
 
 
-LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
-TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
+LINEAR_BELOW = 1e-3  # relative changes below this are drawn linearly, larger ones logarithmically
+ENERGY_TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
 
 
 def energies(
     axes: Axes, table: pd.DataFrame, *, quantity: str, labels: Mapping[str, str], unit: float
 ) -> None:
-    """The change of a quantity, with its sign, for each study in `labels` (study -> text); a cross
-    where a run ended early.
+    """Draw the signed change of a quantity over time for each study in `labels` (study -> text); a
+    cross marks the end of a run with a status.
 
     Parameters
     ----------
     unit
-        year of the time axis, in the table's unit of time
+        a year, in the table's unit of time
     """
     lines(
         axes,
@@ -114,13 +119,13 @@ def energies(
         unit=unit,
         signed=True,
     )
-    axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)
-    axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
-    axes.set_yticks(TICKS, [power_of_ten(tick) if tick else "0" for tick in TICKS])
-    axes.set_ylim(TICKS[0], TICKS[-1])
+    axes.axhspan(-LINEAR_BELOW, LINEAR_BELOW, color=BAND, zorder=0)
+    axes.set_yscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
+    axes.set_yticks(ENERGY_TICKS, [power_of_ten(tick) if tick else "0" for tick in ENERGY_TICKS])
+    axes.set_ylim(ENERGY_TICKS[0], ENERGY_TICKS[-1])
 
 
-PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
+TIME_IN_PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
 MAX_JOINED = 300  # above this many, points are not joined
 
 
@@ -130,34 +135,47 @@ def history(
     *,
     quantity: str,
     ylabel: str,
-    xlabel: str = PERIODS,
+    xlabel: str = TIME_IN_PERIODS,
     rounding: bool = False,
 ) -> None:
-    """Values at step ends, over a band that spans the values of the first half.
+    """Draw values at step ends over a band that spans the values of the first half.
 
-    An error that grows with time leaves the band in the second half.
+    An error that grows with time leaves the band in the second half. Raises NoData if no value is
+    finite.
 
     Parameters
     ----------
     rounding
-        in units of the machine epsilon, with guides in place of the band that grow as the square
-        root of the time and as the time, to the mean of the last tenth
+        whether to draw in units of the machine epsilon, with two guides in place of the band: they
+        grow as the square root of the time and as the time, up to the mean of the last tenth
     """
     t, value = curve(table, "history", quantity)
     if not t.size:
         raise NoData(f"no step has a finite {quantity}.")
     if rounding:
         value = value / np.finfo(float).eps
-        end, share = np.mean(value[-max(1, len(t) // 10) :]), (t - t[0]) / (t[-1] - t[0])
+        final_level, time_fraction = (
+            np.mean(value[-max(1, len(t) // 10) :]),
+            (t - t[0]) / (t[-1] - t[0]),
+        )
         guides = (0.5, "square root of the time", LONG_DASH), (1.0, "the time", DOTS)
         for power, label, dash in guides:
             axes.plot(
-                t, end * share**power, color=GUIDE, linewidth=1.2, linestyle=dash, label=label
+                t,
+                final_level * time_fraction**power,
+                color=GUIDE,
+                linewidth=1.2,
+                linestyle=dash,
+                label=label,
             )
     else:
-        first = value[t <= 0.5 * (t[0] + t[-1])]
+        first_half = value[t <= 0.5 * (t[0] + t[-1])]
         axes.axhspan(
-            first.min(), first.max(), color=BAND, zorder=0, label="range over the first half"
+            first_half.min(),
+            first_half.max(),
+            color=BAND,
+            zorder=0,
+            label="range over the first half",
         )
     style = (
         {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MAX_JOINED else {}
@@ -171,7 +189,7 @@ def history(
 def departures(
     axes: Axes, table: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
 ) -> None:
-    """A panel for each quantity, both axes logarithmic, times from the second sample on."""
+    """Draw a panel for each quantity, both axes logarithmic, so that t = 0 is not shown."""
     for panel, quantity in zip(
         split(axes, len(quantities), min_width=3.0), quantities, strict=True
     ):
@@ -193,15 +211,21 @@ def jumps(
     change: str,
     limit: tuple[float, str],
 ) -> None:
-    """First panel: |quantity| of each study in `runs`; a cross where one ends early. Second: for
-    each study in `steps`, `change` against `turn` at the same times.
+    """Draw |quantity| of each study in `runs` in the first panel, and in the second, for each study
+    in `steps`, `change` against `turn` at the same times.
+
+    Raises NoData for a study in `steps` without both quantities.
 
     Parameters
     ----------
+    runs
+        study -> text
     steps
         study -> (text, colour)
+    turn, change
+        quantities: rotation angle of a step in radians, and what changed in the step
     limit
-        an angle to mark, and its label
+        an angle in radians to mark, and its label
     """
     left, right = split(axes, 2, min_width=3.0)
     lines(
@@ -216,12 +240,12 @@ def jumps(
     )
     for k, (study, (text, color)) in enumerate(steps.items()):
         rows = pick(table, study=study)
-        wide = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
-        if not {turn, change} <= set(wide):
+        by_time = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
+        if not {turn, change} <= set(by_time):
             raise NoData(f"{study}: no step was done.")
         right.plot(
-            wide[turn],
-            np.maximum(wide[change], SMALLEST_DRAWN),
+            by_time[turn],
+            np.maximum(by_time[change], SMALLEST_DRAWN),
             color=color,
             marker=MARKERS[k],
             markersize=3.5,
@@ -236,8 +260,8 @@ def jumps(
 def limits(
     axes: Axes, table: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
 ) -> None:
-    """For each chart (a study), the error against the rotation angle; crosses above where runs
-    failed.
+    """Draw the error against the rotation angle for each chart; failed runs are crosses above the
+    axes.
 
     Parameters
     ----------
@@ -253,7 +277,7 @@ def limits(
     for k, study in enumerate(charts):
         rows = pick(table, study=study, quantity=quantity).sort_values("step")
         turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
-        ended = ~np.isfinite(error)
+        has_failed = ~np.isfinite(error)
         axes.plot(
             turn,
             np.maximum(error, SMALLEST_DRAWN),
@@ -263,8 +287,8 @@ def limits(
             label=study,
         )
         axes.plot(
-            turn[ended],
-            np.full(ended.sum(), 1.03 + 0.035 * k),
+            turn[has_failed],
+            np.full(has_failed.sum(), 1.03 + 0.035 * k),
             "x",
             color=COLOURS[k],
             ms=3.5,
@@ -276,46 +300,55 @@ def limits(
         axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=text)
 
 
-GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
+GRAIN_COUNTS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
 
 
 def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
-    """A line for each degree, of the errors of the step that were solved, over the evaluations; an
-    error below its standard error is an arrow at their sum, an upper limit."""
+    """Draw errors due to the step over evaluations of the wind for each grain, a line for each
+    degree.
+
+    Runs without an error are left out. An error below its standard error is drawn as an upper
+    limit, an arrow at the sum of both. Horizontal lines show the sampling errors of GRAIN_COUNTS.
+
+    Parameters
+    ----------
+    degrees
+        degree -> label
+    """
     axes.set(
         xscale="log",
         yscale="log",
         xlabel="evaluations of the wind for a grain",
         ylabel=f"error of the {quantity}",
     )
-    of_cloud = table[table["study"].isin((quantity, WORK))]
-    runs = of_cloud.pivot_table("value", ["n", "steps"], "quantity")
+    cloud_rows = table[table["study"].isin((quantity, WORK))]
+    runs = cloud_rows.pivot_table("value", ["n", "steps"], "quantity")
     runs = runs.reindex(columns=[WORK, STEP_ERROR, f"{SAMPLING} of it"]).dropna()
     for k, (degree, label) in enumerate(degrees.items()):
         solved = runs[runs.index.get_level_values("n") == degree + 1]
         work, error, spread = np.abs(solved.to_numpy(float).T)
-        limit = error < spread
-        top = (error + spread)[limit]
+        is_limit = error < spread
+        upper_limits = (error + spread)[is_limit]
         style = {"color": COLOURS[k], "marker": MARKERS[k]}
         if len(solved):
             axes.errorbar(
-                work[~limit],
-                error[~limit],
-                yerr=spread[~limit],
+                work[~is_limit],
+                error[~is_limit],
+                yerr=spread[~is_limit],
                 label=label,
                 linewidth=1.0,
                 **style,
             )
             axes.errorbar(
-                work[limit],
-                top,
-                yerr=0.4 * top,
+                work[is_limit],
+                upper_limits,
+                yerr=0.4 * upper_limits,
                 uplims=True,
                 mfc="white",
                 linestyle="none",
                 **style,
             )
-    for (grains, text), dash in zip(GRAINS.items(), (LONG_DASH, DOTS), strict=True):
+    for (grains, text), dash in zip(GRAIN_COUNTS.items(), (LONG_DASH, DOTS), strict=True):
         level = sampling_error(table, quantity, grains)
         if level > 0.0:
             axes.axhline(level, color=GUIDE, linestyle=dash, linewidth=1.0, label=text)

@@ -29,17 +29,17 @@ class Panel:
     Attributes
     ----------
     title
-        above it
+        title above the panel
     study
-        of the paths; each `label` is a body, with positions in x and y
+        study of the table; each `label` is a body, with positions in x and y
     quantity
-        of the lines
+        quantity that is drawn as lines
     ends
-        quantity of dots, such as the ends of steps; "" for none
+        quantity that is drawn as dots, such as the ends of steps; "" for none
     half
-        half the width of the panel; 0 for that of the paths
+        half the width of the panel, in the unit of the positions; 0 to fit the paths
     stops
-        whether they stop early, at crosses
+        whether the paths end early; a cross is drawn at their last points
     """
 
     title: str
@@ -58,9 +58,12 @@ def paths(
     bodies: Sequence[str],
     unit: str = "au",
 ) -> None:
-    """Each body's path as a line in its colour; the centre, at the origin, as a disc."""
-    drawn = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
-    for plane, panel in zip(drawn, panels, strict=True):
+    """Draw each body's path as a line in its colour, and the origin as a disc.
+
+    Raises NoData for a body without a finite position.
+    """
+    planes = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
+    for plane, panel in zip(planes, panels, strict=True):
         plane.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         for k, body in enumerate(bodies):
             color, (x, y) = COLOURS[k], _path(table, panel.study, panel.quantity, body)
@@ -89,22 +92,21 @@ def paths(
 
 
 def _path(table: pd.DataFrame, study: str, quantity: str, body: str) -> Array:
-    """Finite x and y, (2, times)."""
+    """The finite positions (x, y) of a body in the order of time, (2, times)."""
     rows = pick(table, study=study, quantity=quantity, label=body).sort_values("t")
     return rows[["x", "y"]].dropna().to_numpy(float).T
 
 
-WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
+HALF_WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 
 
 def clouds(
     axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
 ) -> None:
-    """x and z of the grains in the air, seen from the side: a panel for each time, a colour for
-    each label, the last in front. The rotor is a line, the ray along which the optical depth is
-    taken is dashed."""
+    """Draw x and z of the grains in the air: a panel for each time, a colour for each label, the
+    last label in front. The rotor is a line; the ray of the optical depth is dashed."""
     for plane, t in zip(split(axes, len(times)), times, strict=True):
-        for artist in _cloud(plane, table, study, labels, t):
+        for artist in _draw_cloud(plane, table, study, labels, t):
             artist.set_rasterized(True)
         plane.plot(
             *zip(PILOT_EYE, SIGHT_TARGET, strict=True),
@@ -113,27 +115,27 @@ def clouds(
             linestyle=(0, (4, 3)),
         )
         plane.set_title(f"{t:g} s")
-    _sizes(plane, labels)
+    _add_size_entries(plane, labels)
 
 
 def moving_cloud(axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
-    """As `clouds`, with all sizes in one panel, as a moving picture."""
+    """Draw the grains as `clouds`, in one panel with a frame for each time of the study."""
     times = np.unique(pick(table, study=study)["t"])
     for k, t in enumerate(times):
-        clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
-        in_frame([*_cloud(axes, table, study, labels, t), clock], k, len(times))
-    _sizes(axes, labels)
+        time_text = axes.text(-19.0, 10.8, f"{t:.2f} s")
+        in_frame([*_draw_cloud(axes, table, study, labels, t), time_text], k, len(times))
+    _add_size_entries(axes, labels)
 
 
-def _cloud(
+def _draw_cloud(
     axes: Axes, table: pd.DataFrame, study: str, labels: Sequence[str], t: float
 ) -> list[Artist]:
-    """The rotor and the grains of each size at a time."""
+    """Draw the rotor and the grains of each size at time t; returns the artists."""
     rows = pick(table, study=study, t=t).dropna(subset=["x", "z"])
     if rows.empty:
-        raise NoData("no grain's place is known.")
+        raise NoData("no grain has a finite position.")
     axes.set(
-        xlim=(-WIDTH, WIDTH),
+        xlim=(-HALF_WIDTH, HALF_WIDTH),
         ylim=(0.0, HEIGHT),
         aspect="equal",
         xlabel="$x$ [m]",
@@ -142,14 +144,21 @@ def _cloud(
         yticks=[0, 5, 10],
     )
     grains = [
-        axes.plot(size["x"], size["z"], ".", color=COLOURS[k], markersize=2.3, markeredgewidth=0.0)
-        for k, size in enumerate(pick(rows, label=label) for label in labels)
+        axes.plot(
+            rows_of_size["x"],
+            rows_of_size["z"],
+            ".",
+            color=COLOURS[k],
+            markersize=2.3,
+            markeredgewidth=0.0,
+        )
+        for k, rows_of_size in enumerate(pick(rows, label=label) for label in labels)
     ]
     rotor = axes.plot([-R, R], [rotor_height(decay(t))] * 2, color=INK, linewidth=1.3)
     return [artist for drawn in (*grains, rotor) for artist in drawn]
 
 
-def _sizes(axes: Axes, labels: Sequence[str]) -> None:
-    """Entries of the legend."""
+def _add_size_entries(axes: Axes, labels: Sequence[str]) -> None:
+    """Add an entry of the legend for each size."""
     for k, label in enumerate(labels):
         axes.plot([], [], "o", color=COLOURS[k], label=label.replace("micrometres", "µm"))

@@ -12,7 +12,7 @@ from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim
 from benchmarks.claims import AGREEMENTS
 from benchmarks.claims.agreements import ENGINES, TRUTHS, WithGalvi, engines
-from benchmarks.claims.documents import all_documents, measuring
+from benchmarks.claims.documents import all_documents, measuring_object
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
 from references import REFERENCES
@@ -24,7 +24,7 @@ ALL = [
     pair
     for part in all_documents()[-1].parts
     for section in part.sections
-    for pair in measuring(section).pairs
+    for pair in measuring_object(section).pairs
 ]
 
 

@@ -18,7 +18,7 @@ from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim
 from benchmarks.checks.faults import Fault
 from benchmarks.claims.documents import (
-    NAMES,
+    DOCUMENT_NAMES,
     Number,
     all_documents,
     bound_of,
@@ -263,6 +263,6 @@ def test_what_is_no_bound_is_refused(text: str) -> None:
 
 
 def test_every_section_of_a_document_has_a_heading_and_every_table_its_columns() -> None:
-    assert len(all_documents()) == len(NAMES)
+    assert len(all_documents()) == len(DOCUMENT_NAMES)
     ids = [s.id for document in all_documents() for part in document.parts for s in part.sections]
     assert len(set(ids)) == len(ids) >= 64

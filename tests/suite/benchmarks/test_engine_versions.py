@@ -85,7 +85,7 @@ def without_old_version(package: str, version: str, folder: Path) -> Iterator[Pa
 @needs_mujoco
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_versions, "interpreter", without_old_version)
-    monkeypatch.setattr(engine_versions, "USUAL", {"mujoco": (OLD,)})
+    monkeypatch.setattr(engine_versions, "USUAL_RELEASES", {"mujoco": (OLD,)})
     messages: list[str] = []
     assert stored(tmp_path, messages.append).empty
     for part in parts(tmp_path, messages.append):

@@ -26,7 +26,7 @@ from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
 from references.rebound.leapfrog import LEAPFROG
 from references.stored.encounters import burrau
-from reports.judge.files import rendered
+from reports.judge.files import page_html
 from reports.judge.sentences import sentences
 
 rebound = pytest.importorskip("rebound")
@@ -758,7 +758,7 @@ def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(judgement:
     assert (measured["last_error"] <= measured["error"]).all() and measured[
         "last_error"
     ].notna().all()
-    assert f"at the {judgement.samples} times compared" in rendered(judgement, "planet", {})
+    assert f"at the {judgement.samples} times compared" in page_html(judgement, "planet", {})
 
 
 @pytest.mark.slow(beside="test_errors_are_given_at_the_end_too_and_with_the_number_of_times")
@@ -773,7 +773,7 @@ def test_units_that_are_not_set_are_those_of_the_simulation(judgement: Judgement
     assert bodies.unit(model.problem, "length") == " units of length"
     assert units_note in bodies.notes(model, setting, judgement.truth)[0]
     assert " units of length over 25.1 units of time" in sentences(judgement)[0]
-    page = rendered(judgement, "planet", {})
+    page = page_html(judgement, "planet", {})
     assert "in units of length" in page and "dt in units of time" in page
     named = replace(orbit(), units="length au, time yr, mass msun")
     assert bodies.unit(named, "time") == " yr" and bodies.unit(orbit(), "time") == " units of time"

@@ -275,7 +275,7 @@ def test_formulas_that_are_right_are_not_accused(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(printed_formulas, "J_D", 0.5 * printed_formulas.J_D)
     monkeypatch.setattr(printed_formulas, "AS_PRINTED", printed_formulas.IN_ORDER)
-    monkeypatch.setattr(printed_formulas, "SLIP", 1)
+    monkeypatch.setattr(printed_formulas, "MISPRINTED_INDEX", 1)
     monkeypatch.setattr(BodySteps, "matched", moving)
     for name, value in {"SCALES": (10.0,), "STEPS": 1, "STATES": 10, "BODY_STEPS": 1}.items():
         monkeypatch.setattr(l18, name, value)

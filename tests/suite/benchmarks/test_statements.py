@@ -19,10 +19,10 @@ from benchmarks.claims.statements import (
     FALSE,
     STATUSES,
     Statement,
-    counted,
     places,
     statements,
     statements_of,
+    status_counts,
     unfounded,
 )
 from references.textbook.galerkin import Rotations, hat
@@ -152,7 +152,7 @@ def test_a_row_that_is_named_and_not_there_is_told(rows: list[Row]) -> None:
 def test_statements_are_counted_in_words() -> None:
     reproduced = Statement("H fig. 1", "figure", "It is so.", "reproduced", "", (), "", "")
     slip = replace(reproduced, status=FALSE, effect="harmless")
-    sentence = counted([reproduced, reproduced, slip])
+    sentence = status_counts([reproduced, reproduced, slip])
     assert sentence.startswith("Of 3 printed statements of the two papers, 2 are reproduced, ")
     assert "1 is false as printed (1 of them harmless misprints)" in sentence
 

@@ -13,7 +13,11 @@ import pytest
 from scipy.integrate import quad
 
 import galvi
-from benchmarks.claims.lie_groups.cayley_curve import cayley_rate, distance_of_polynomials, turned
+from benchmarks.claims.lie_groups.cayley_curve import (
+    cayley_rate,
+    distance_of_polynomials,
+    rotation_angle,
+)
 from benchmarks.claims.lie_groups.curves_and_ends import NS, crossing
 from benchmarks.claims.vector_spaces import (
     brownout_crossing,
@@ -260,7 +264,7 @@ def turn_about(axis: Array, angles: Array) -> Array:
 @pytest.mark.parametrize("angle", [0.3, 3.1, 3.2, 5.0])
 def test_a_turn_is_followed_beyond_pi(angle: float) -> None:
     path = turn_about(np.array([1.0, -2.0, 0.5]), np.linspace(0.0, angle, 161))
-    assert turned(path) == pytest.approx(angle, abs=1e-12)  # 1e-15 was measured
+    assert rotation_angle(path) == pytest.approx(angle, abs=1e-12)  # 1e-15 was measured
 
 
 def test_polynomials_are_as_far_from_a_steady_turn_as_its_pole_says() -> None:

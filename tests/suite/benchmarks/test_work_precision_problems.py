@@ -56,7 +56,7 @@ from references import reference
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import MUJOCO_RK4
 from references.scipy.ivp import DOP853, TIGHT
-from reports.figures.drawing import UNITS
+from reports.figures.drawing import ERROR_MEASURES
 
 Make = Callable[[bool], WorkPrecisionProblem]
 PLANETS = (outer_solar_system, solar_system, applegate)
@@ -77,7 +77,7 @@ def error_of(case: WorkPrecisionProblem, run: Trajectory) -> float:
 @pytest.mark.parametrize("quick", [True, False])
 def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) -> None:
     for case in work_precision_problems(quick):
-        assert len(by_label(case)) == len(case.participants) and case.quantity in UNITS
+        assert len(by_label(case)) == len(case.participants) and case.quantity in ERROR_MEASURES
         for _, contender, settings in case.participants:
             assert settings and contender.supports(case.problem)
             for setting in settings:

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.applications.brownout.step_errors import GRAINS, SAMPLING, STEP_ERROR, WORK
 from benchmarks.store.frames import frame, row
-from reports.figures.picture import STYLE, drawn
+from reports.figures.picture import STYLE, draw_canvas
 from reports.figures.plots.convergence import convergence
 from reports.figures.plots.lines import (
     departures,
@@ -25,7 +25,7 @@ from reports.figures.plots.spheres import momentum_spheres, pendulum_spheres
 def lay_out(figure, table):
     """Draw a figure without writing files, which would take most of the time; raises NoData."""
     with matplotlib.style.context(STYLE):
-        drawn(figure, table)
+        draw_canvas(figure, table)
 
 
 def table_for(figure):

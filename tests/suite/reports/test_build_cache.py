@@ -18,11 +18,11 @@ import pytest
 
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.store.provenance import ROOT
-from reports.build.workers import WORKERS, processors, study_in_workers
+from reports.build.workers import WORKER_COUNT, processors, study_in_workers
 from reports.contents import SECTIONS, load
-from reports.results.cache import FOLDER, BuildCache, Study
+from reports.results.cache import CACHE_FOLDER, BuildCache, Study
 from reports.results.claim_results import check
-from reports.results.own_problems import joined
+from reports.results.own_problems import with_contenders
 from tests.suite.reports.small_reports import claim
 from tests.suite.reports.small_studies import broken, dying, meet, quiet
 
@@ -37,7 +37,7 @@ FRAMES = (
 
 def cache_of(out, build="mine"):
     """The loaded cache of a build whose run is called "monday"."""
-    cache = BuildCache(out / FOLDER / build, "monday")
+    cache = BuildCache(out / CACHE_FOLDER / build, "monday")
     cache.load()
     return cache
 
@@ -67,7 +67,7 @@ def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
 def test_a_damaged_result_is_measured_again(tmp_path):
     for name in ("V1", "V2", "V3", "V4"):
         cache_of(tmp_path).keep(name, FRAMES[1], 1.0)
-    first, second, third, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
+    first, second, third, _ = sorted((tmp_path / CACHE_FOLDER).rglob("*.json"))
     first.write_bytes(first.read_bytes()[:-3])
     second.write_text("0.2")
     third.write_text('["V1", {"run": "monday"}]')
@@ -77,7 +77,7 @@ def test_a_damaged_result_is_measured_again(tmp_path):
 def test_results_of_other_sources_are_removed_after_a_week(tmp_path):
     for build in ("old", "new"):
         cache_of(tmp_path, build).keep("V1", FRAMES[0], 1.0)
-    os.utime(tmp_path / FOLDER / "old", (0, 0))
+    os.utime(tmp_path / CACHE_FOLDER / "old", (0, 0))
     cache_of(tmp_path).forget()
     assert not cache_of(tmp_path, "old").entries and cache_of(tmp_path, "new").entries
 
@@ -113,7 +113,7 @@ def test_sections_open_to_external_integrators_are_then_measured_with_them(monke
     contender = Mock()
     contender.name = "mine"
     monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: contender)
-    with joined(load(), ["mine:Mine"]) as suite:
+    with with_contenders(load(), ["mine:Mine"]) as suite:
         titles = {section.title for section in suite.sections if section.timed}
     assert titles == {section.title for section in SECTIONS if section.open or section.timed}
 
@@ -137,7 +137,7 @@ def study(name, measure):
     return Study(name, "study", name, partial(measure, True), timed=False)
 
 
-@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.skipif(processors() < WORKER_COUNT, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tmp_path):
     cache = BuildCache()
     first, last = tmp_path / "a", tmp_path / "d"
@@ -160,7 +160,7 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
     assert list(study_in_workers(timed, BuildCache())) == []
 
 
-@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.skipif(processors() < WORKER_COUNT, reason="one processor")
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 def test_the_death_of_a_worker_is_no_more_than_missing_results():
     studies = [study(name, dying if name == "d" else partial(quiet, 0.0)) for name in "abcde"]
@@ -191,7 +191,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
-@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.skipif(processors() < WORKER_COUNT, reason="one processor")
 @pytest.mark.parametrize("how", ["kill", "end"])
 def test_workers_end_with_the_build_however_it_ends(tmp_path, how):
     (tmp_path / "script.py").write_text(KILLED)

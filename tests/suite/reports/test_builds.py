@@ -13,13 +13,13 @@ import pytest
 
 from benchmarks.work_precision.run import problems, work_precision
 from reports.build.first_look import remembering
-from reports.build.kept import LOCK
+from reports.build.kept import LOCK_FILE
 from reports.cli.commands import run
 from reports.results import cache
-from reports.results.cache import FOLDER, open_cache
+from reports.results.cache import CACHE_FOLDER, open_cache
 from reports.results.comparison import Comparison
 from reports.results.options import Options
-from reports.results.rows import MARKS
+from reports.results.rows import ORIGIN_COLUMNS
 from reports.results.section import Section
 from tests.suite.reports.small_reports import claim, suite_of
 
@@ -121,7 +121,7 @@ def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
             yield study, 0.1
 
     monkeypatch.setattr("reports.build.first_look.study_in_workers", finishing)
-    monkeypatch.setattr("reports.build.first_look.PATIENCE", 0.0)
+    monkeypatch.setattr("reports.build.first_look.PATIENCE_SECONDS", 0.0)
     _, calls = bench("build", "--out", str(tmp_path))
     assert calls[:4] == ["V1", "V1", "V3", "ball"]  # V3 was too late for the first page
     lines = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
@@ -185,9 +185,9 @@ def stopped(bench, part, *arguments):
 
 def stored_results(out):
     """Paths of the cached results of all stopped builds in this folder."""
-    if not (out / FOLDER).exists():
+    if not (out / CACHE_FOLDER).exists():
         return []
-    return list((out / FOLDER).rglob("*.json"))
+    return list((out / CACHE_FOLDER).rglob("*.json"))
 
 
 @pytest.mark.slow_cases(but=["top"])
@@ -208,7 +208,7 @@ def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
     )
     # "top" reports a fault.
     assert (phrase in printed) == (count > 0) and status == (stopped_part != "study")
-    assert not (tmp_path / FOLDER).exists()
+    assert not (tmp_path / CACHE_FOLDER).exists()
     assert resumed(*out)[1] == PARTS
     assert "Resuming" not in capsys.readouterr().out
 
@@ -230,7 +230,7 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(res
     resumed("--out", str(in_two))
     for name in ("claims", "work_precision", "cost", "sky_and_model", "study"):
         left, right = (pd.read_csv(folder / f"{name}.csv") for folder in (at_once, in_two))
-        columns = [column for column in left if column not in MARKS]
+        columns = [column for column in left if column not in ORIGIN_COLUMNS]
         pd.testing.assert_frame_equal(left[columns], right[columns], check_exact=True)
     phrase = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
     origins = json.loads((in_two / "provenance.json").read_text())
@@ -283,7 +283,7 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
 def another_build(out):
     """A context in which another process holds the lock of a build there."""
     out.mkdir(exist_ok=True)
-    command = [sys.executable, "-c", HOLD, str(out / LOCK)]
+    command = [sys.executable, "-c", HOLD, str(out / LOCK_FILE)]
     with subprocess.Popen(command, stdin=-1, stdout=-1, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "held\n"
         yield
@@ -311,7 +311,8 @@ def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
 def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
     resumed, tmp_path, capsys
 ):
-    (tmp_path / LOCK).mkdir()  # refuses even root, as if the folder were another user's
+    # refuses even root, as if the folder were another user's
+    (tmp_path / LOCK_FILE).mkdir()
     assert resumed("--out", str(tmp_path)) == (2, [])
     errors = capsys.readouterr().err
     assert "--out expects a folder to write in; " in errors and len(errors.splitlines()) == 1

@@ -26,7 +26,7 @@ from benchmarks.work_precision.problems.planets import kepler
 from references.jpl import states as jpl
 from reports.contents import load
 from reports.studies.engines import EPHEMERIS
-from reports.tables.claims_table import COLUMNS
+from reports.tables.claims_table import ROW_COLUMNS
 from tests.suite.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
 from tests.suite.reports.small_reports import suite_of
 
@@ -174,7 +174,7 @@ def test_the_example_of_the_page_passes_and_its_rows_are_those_of_a_claim(verify
     completed, rows = verify(Inside.of(definitions("mine")["Leapfrog"]()))
     assert completed.status == 0, completed
     assert "1 claim and 1 agreement in " in completed.out and "finding" in completed.out
-    assert list(rows.columns)[: len(COLUMNS)] == list(COLUMNS)
+    assert list(rows.columns)[: len(ROW_COLUMNS)] == list(ROW_COLUMNS)
     leapfrog_rows = rows[rows["id"] == "A-my-leapfrog"].set_index("quantity")
     order = leapfrog_rows.loc["order in the step, kepler e=0.3"]
     assert order["verdict"] == "attained"

@@ -16,7 +16,7 @@ from benchmarks.work_precision.participants import ensemble, finest, label_besid
 from galvi.problems import free_rigid_body
 from references.jpl import states as jpl
 from reports.contents import SECTIONS
-from reports.figures.picture import drawn
+from reports.figures.picture import draw_canvas
 from reports.studies.engines import EPHEMERIS
 from tests.suite.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
@@ -34,7 +34,7 @@ def externals():
 
 def written_in(figure, table):
     """Every text of a figure, and of its legends."""
-    return [text.get_text() for text in drawn(figure, table).findobj(Text)]
+    return [text.get_text() for text in draw_canvas(figure, table).findobj(Text)]
 
 
 @pytest.fixture(scope="module")

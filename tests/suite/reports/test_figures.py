@@ -27,11 +27,19 @@ from reports.contents import SECTIONS
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import comparison_figure
 from reports.figures.headlines import HEADLINES
-from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn, picture, sized
+from reports.figures.picture import (
+    NARROW_WIDTH,
+    SMALL_STYLE,
+    STYLE,
+    WIDTHS,
+    draw_canvas,
+    picture,
+    printed_figure,
+)
 from reports.figures.profiles import PROFILES
-from reports.figures.style.decades import readable
-from reports.figures.style.identities import OURS, TABLE, grouped, identity, in_order
-from reports.figures.style.layout import NoData, split, wrapped
+from reports.figures.style.decades import set_readable_ticks
+from reports.figures.style.identities import OURS, TABLE, identity, legend_groups, legend_order
+from reports.figures.style.layout import NoData, split, wrap
 from reports.figures.work_precision import line_of
 from reports.results.section import Figure
 from reports.tables.profiles import profile_table
@@ -108,7 +116,7 @@ def test_figures_show_the_errors_of_tables_and_mark_bounds():
     table = dependable(table.assign(truth_error=1e-10))
     figure = comparison_figure("kepler e=0.6", table)
     assert "An open mark with an arrow" in figure.caption and "An open" not in exact.caption
-    lines = drawn(figure, table).axes[0].get_lines()
+    lines = draw_canvas(figure, table).axes[0].get_lines()
     marked = [line for line in lines if line.get_markerfacecolor() == "white"]
     assert [list(line.get_ydata()) for line in marked if len(line.get_ydata())] == [[1e-9]]
     shown = [list(line.get_ydata()) for line in lines if line not in marked]
@@ -158,7 +166,7 @@ def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
 @pytest.mark.parametrize("name", ["fig-3-02", "fig-2-06"])
 def test_a_figure_is_as_wide_as_asked_and_has_its_fonts(drawn_frames, name, width):
     figure = next(figure for figure in FIGURES if figure.name == name)
-    pdf = sized(figure, drawn_frames[name], "pdf", WIDTHS[width])
+    pdf = printed_figure(figure, drawn_frames[name], "pdf", WIDTHS[width])
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", pdf)
     assert abs(float(box[1]) / 72.0 - WIDTHS[width]) < 0.05
     assert b"/FontFile2" in pdf and b"/Type3" not in pdf
@@ -174,7 +182,7 @@ def test_a_figure_is_exported_from_kept_rows(ask):
 
 # No figure has text on text, its legend on an axes, or anything beyond its edge, at any width.
 
-ALL_WIDTHS = {"own": 0.0, "narrow": NARROW, **WIDTHS}
+ALL_WIDTHS = {"own": 0.0, "narrow": NARROW_WIDTH, **WIDTHS}
 TOUCH = 1.0  # pixels by which the boxes of texts may overlap
 STUDIED = {
     figure.name: (figure, FRAMES[section.name])
@@ -185,8 +193,8 @@ STUDIED = {
 
 
 def laid_out(figure, table, width):
-    with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
-        return drawn(figure, table, width)
+    with matplotlib.style.context([STYLE, SMALL_STYLE if 0.0 < width < 3.6 else {}]):
+        return draw_canvas(figure, table, width)
 
 
 def faults(canvas):
@@ -282,7 +290,7 @@ def decades_of_time(axes, table, *, span):
     for panel in split(axes, 2):
         panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
         panel.set(xscale="log", ylabel="error")
-        readable(panel.xaxis)
+        set_readable_ticks(panel.xaxis)
 
 
 @pytest.mark.parametrize("span", [0.4, 2.4, 6.0])
@@ -310,7 +318,7 @@ def test_text_on_text_and_beyond_the_edge_is_seen():
 
 
 def test_lines_break_between_words_and_not_within_mathematics():
-    assert wrapped("the error of $R - R_0$ at the end", 14) == "the error of\n$R - R_0$ at\nthe end"
+    assert wrap("the error of $R - R_0$ at the end", 14) == "the error of\n$R - R_0$ at\nthe end"
 
 
 # Each contender has one style in all figures, and legends stay readable.
@@ -337,13 +345,13 @@ PROBLEMS = {
     case.problem.name: [label for label, _, _ in case.participants]
     for case in work_precision_problems(False)
 }
-CONTENDERS = in_order(name for names in PROBLEMS.values() for name in names)
+CONTENDERS = legend_order(name for names in PROBLEMS.values() for name in names)
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_no_two_of_a_comparison_look_alike_and_the_legend_is_short(problem):
     looks = {name: identity(name) for name in PROBLEMS[problem]}
-    assert len(grouped(looks)) <= LONGEST_LEGEND
+    assert len(legend_groups(looks)) <= LONGEST_LEGEND
     styles = {(look.color, look.marker, str(look.dash)) for look in looks.values()}
     variants = {n for n in looks if n.startswith(OURS)}  # the same degree, with more points
     families = {identity(name).family for name in looks if name not in variants}
@@ -369,7 +377,7 @@ def test_galvi_darkens_with_the_degree_and_charts_differ_by_their_lines():
 
 @given(st.lists(st.sampled_from(CONTENDERS), min_size=1, unique=True))
 def test_whoever_takes_part_is_in_one_entry_of_the_legend(names):
-    entries = grouped(names)
+    entries = legend_groups(names)
     assert len({label for label, _ in entries}) == len(entries)
     assert sorted(name for _, members in entries for name in members) == sorted(names)
 
@@ -377,7 +385,7 @@ def test_whoever_takes_part_is_in_one_entry_of_the_legend(names):
 def test_an_unknown_integrator_has_a_look_that_stays():
     look = identity("my leapfrog")
     assert look == identity("my leapfrog") and look.family == "my leapfrog"
-    assert in_order(["my leapfrog", "heyoka", "galvi degree 8, Gauss 8"])[-1] == "my leapfrog"
+    assert legend_order(["my leapfrog", "heyoka", "galvi degree 8, Gauss 8"])[-1] == "my leapfrog"
 
 
 def test_families_that_share_a_colour_would_be_found():

@@ -16,7 +16,7 @@ import galvi
 from galvi.interop.judge import JudgeRequest
 from references.heyoka.taylor import HEYOKA
 from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
-from reports.cli.assess import setting
+from reports.cli.assess import parse_setting
 from reports.cli.commands import run
 from reports.judge.files import junit_suites
 
@@ -154,7 +154,7 @@ def test_a_problem_that_judge_hands_over_is_loaded_in_its_process():
 def test_the_own_setting_is_read():
     read = {"integrator": "saba", "dt": 0.1, "corrector": 17, "safe_mode": False, "keep": True}
     text = "integrator=saba, dt=0.1,corrector=17,safe_mode=false,keep=True"
-    assert setting(text) == read and type(setting(text)["corrector"]) is int
+    assert parse_setting(text) == read and type(parse_setting(text)["corrector"]) is int
 
 
 def test_a_request_keeps_its_types_on_the_way_to_the_command():

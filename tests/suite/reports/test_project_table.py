@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from reports.cli.commands import run
-from reports.cli.project import KINDS, read_table
+from reports.cli.project import TYPE_OF_KEY, read_table
 from reports.results.options import OUT
 from tests.suite.reports.small_reports import ROW, claim, suite_of
 
@@ -56,7 +56,7 @@ def suite(monkeypatch):
         contender_claims = [claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
         yield replace(suite, claims=(*suite.claims, *contender_claims))
 
-    monkeypatch.setattr("reports.results.own_problems.joined", joined)
+    monkeypatch.setattr("reports.results.own_problems.with_contenders", joined)
     wrong = claim("V2", (replace(ROW, verdict="contradicted"),))
     suite = suite_of(claim("V1"), wrong, claim("V3"), engines=lambda: {"rebound": "It is absent."})
     return suite, requests
@@ -210,8 +210,8 @@ def test_a_table_that_is_wrong_is_refused_in_a_sentence(project, suite, capsys, 
 
 
 def test_every_key_has_a_value_here_and_stands_on_the_page(tmp_path):
-    assert set(VALUES) == set(KINDS)
+    assert set(VALUES) == set(TYPE_OF_KEY)
     page = (ROOT / "docs" / "suite.md").read_text()
     (table,) = re.findall(r"^```toml\n(\[tool\.galvi\]\n.*?)^```$", page, re.M | re.S)
     (tmp_path / "pyproject.toml").write_text(re.sub("^# ", "", table, flags=re.M))
-    assert set(read_table(tmp_path / "pyproject.toml")) == set(KINDS)
+    assert set(read_table(tmp_path / "pyproject.toml")) == set(TYPE_OF_KEY)

@@ -21,7 +21,7 @@ from reports.figures.style.identities import OURS, TABLE, identity
 from reports.results.comparison import Comparison
 from reports.results.options import Options
 from reports.site import build, pages
-from reports.site.peers import FACTS, peers
+from reports.site.peers import FACTS_FILE, peers
 from reports.site.report import Report
 from tests.suite.reports.small_reports import suite_of
 
@@ -78,7 +78,7 @@ def test_every_section_of_an_integrator_says_what_readers_ask(page):
 
 
 def test_the_table_of_facts_names_studies_and_files_that_exist():
-    text = FACTS.read_text(encoding="utf-8")
+    text = FACTS_FILE.read_text(encoding="utf-8")
     assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= {
         section.anchor for section in SECTIONS
     }
@@ -102,7 +102,7 @@ def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_pat
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     files = [tmp_path / name for name in texts]
-    sentences = build.broken(tmp_path, files, {"results/claims.html": {"V1"}})
+    sentences = build.broken_links(tmp_path, files, {"results/claims.html": {"V1"}})
     targets = (
         "../index.html#gone",
         "../odd.html",
@@ -113,7 +113,7 @@ def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_pat
     assert sentences == [
         f"deep/one.html: the link to {target} leads nowhere." for target in targets
     ]
-    assert (tmp_path / build.OUTSIDE).read_text() == "https://example.org/x\n"
+    assert (tmp_path / build.EXTERNAL_LINKS_FILE).read_text() == "https://example.org/x\n"
 
 
 def test_a_card_of_the_gallery_has_the_first_picture_of_its_tutorial():

@@ -40,7 +40,7 @@ def tables_of(page):
     """The statements of each ledger directive of a page."""
     shown: list[Any] = []
     for argument in FENCE.findall(page):
-        lines = ledger.chosen(argument, shown)
+        lines = ledger.select_statements(argument, shown)
         shown += lines
         yield lines
 
@@ -53,25 +53,28 @@ def test_every_statement_is_on_exactly_one_page():
 def test_a_place_takes_whole_words_and_the_lines_of_its_claims_and_one_without_a_line_is_told() -> (
     None
 ):
-    assert {line.where for line in ledger.chosen("H thm. 2.3.1")} == {"H thm. 2.3.1"}
-    assert {line.where for line in ledger.chosen("M thm. 1")} == {"M thm. 1", "M thm. 1, (5)"}
-    named, none = (ledger.chosen(f"H 4.2 [{name}]") for name in ("V33", "-"))
+    assert {line.where for line in ledger.select_statements("H thm. 2.3.1")} == {"H thm. 2.3.1"}
+    assert {line.where for line in ledger.select_statements("M thm. 1")} == {
+        "M thm. 1",
+        "M thm. 1, (5)",
+    }
+    named, none = (ledger.select_statements(f"H 4.2 [{name}]") for name in ("V33", "-"))
     assert all("V33" in line.claims for line in named) and not any(line.claims for line in none)
     for argument in ("H 9.9", "H 4.2 [V1]"):
         with pytest.raises(ValueError, match="no line"):
-            ledger.chosen(argument)
+            ledger.select_statements(argument)
     with pytest.raises(ValueError, match="looks like"):
-        ledger.chosen("H 4.2 [V33")
+        ledger.select_statements("H 4.2 [V33")
     page = "```{ledger} H 4.2 [V33]\n```\n```{ledger} H 4.2\n```\n"
-    assert list(tables_of(page)) == [named, ledger.chosen("H 4.2", named)]
+    assert list(tables_of(page)) == [named, ledger.select_statements("H 4.2", named)]
 
 
 def test_a_table_names_the_status_the_claims_and_subscripts():
-    html = ledger.table(ledger.chosen("H thm. 2.3.8"), "../")
+    html = ledger.table(ledger.select_statements("H thm. 2.3.8"), "../")
     assert 'class="reproduced">reproduced</strong>' in html
     assert '<a href="../results/claims.html#V13">V13</a>' in html and "C<sub>f</sub>" in html
     assert "D C<sub>r</sub>" in html and "π" in html and "Pi" not in html
-    assert "false as printed, other result" in ledger.table(ledger.chosen("H (2.4)"), "")
+    assert "false as printed, other result" in ledger.table(ledger.select_statements("H (2.4)"), "")
 
 
 def test_every_claim_named_on_a_page_exists():

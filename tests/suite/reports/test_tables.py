@@ -29,12 +29,12 @@ from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
 from reports.results.origins import note_origin
 from reports.site.comparisons import absent_engines, default_step, installed_engines
-from reports.studies.taxonomy import CODES, space_label, taxonomy_table
+from reports.studies.taxonomy import ABBREVIATIONS, space_label, taxonomy_table
 from reports.tables import readme
 from reports.tables.comparison_tables import (
-    OF_RK4,
-    SMALLEST,
-    _cell,
+    RK4_NAME,
+    SMALLEST_HEADING,
+    _time_cell,
     energies,
     fastest_lines,
     fastest_per_error,
@@ -47,7 +47,7 @@ from reports.tables.comparison_tables import (
 from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
 from reports.tables.summary_sentences import _outcome
-from reports.tables.targets_table import ALONE, readable_targets, summary
+from reports.tables.targets_table import GALVI_ALONE, readable_targets, summary
 from tests.suite.reports.small_reports import ROW, suite_of, work_precision
 
 ROOT = Path(__file__).parents[3]
@@ -75,7 +75,7 @@ def met():
 def test_each_verdict_stands_beside_what_was_measured(met):
     text, kinds = readable_targets(met)
     assert list(text["verdict"]) == VERDICTS
-    assert list(text["measured"])[1:] == [ALONE, f"0.100{TIMES}", "not run", "not run"]
+    assert list(text["measured"])[1:] == [GALVI_ALONE, f"0.100{TIMES}", "not run", "not run"]
     assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
     assert set(kinds) <= set(text.columns) and "remark" not in text
     noted = readable_targets(met.assign(remark="A bound.", note="It changed."))[0]
@@ -116,12 +116,12 @@ def test_the_page_has_a_section_of_them_when_there_are_any(ask):
 
 def test_each_contender_s_own_smallest_error_is_the_last_column():
     table = readable_ratios(matched(SMALL), smallest(SMALL), KEPLER).set_index("contender")
-    assert table.columns[-1] == SMALLEST
-    assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.10")
-    assert table.loc["galvi, best", SMALLEST].startswith("1.0·10⁻⁹: 20.0")
-    assert table.loc["Taylor", SMALLEST] == ""
+    assert table.columns[-1] == SMALLEST_HEADING
+    assert table.loc["SciPy DOP853", SMALLEST_HEADING].startswith("1.0·10⁻⁵: 0.10")
+    assert table.loc["galvi, best", SMALLEST_HEADING].startswith("1.0·10⁻⁹: 20.0")
+    assert table.loc["Taylor", SMALLEST_HEADING] == ""
     ends = smallest(SMALL.assign(truth_error=2e-6))
-    bound = readable_ratios(matched(SMALL), ends, KEPLER).set_index("contender")[SMALLEST]
+    bound = readable_ratios(matched(SMALL), ends, KEPLER).set_index("contender")[SMALLEST_HEADING]
     assert bound["SciPy DOP853"].startswith("≤ 1.0·10⁻⁵: ")
     assert table.loc["Taylor", "10⁻⁶"].startswith("reference: ")
     assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
@@ -219,7 +219,9 @@ def test_a_line_has_what_a_space_makes_with_a_family_of_rules(changes, cells):
     read, kinds = taxonomy_table(rows)
     lines = zip(read.to_dict("records"), cells, strict=True)
     assert all(line.items() >= expected.items() for line, expected in lines)
-    assert set(kinds) <= set(read.columns) and len(set(CODES.values())) == len(CODES)
+    assert set(kinds) <= set(read.columns) and len(set(ABBREVIATIONS.values())) == len(
+        ABBREVIATIONS
+    )
 
 
 @pytest.mark.parametrize(
@@ -240,8 +242,8 @@ def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
     """MuJoCo's RK4 some times as slow and as good as the textbook's, its Euler, and galvi."""
     points = [
         *((TEXTBOOK_RK4, f"step={h}", 10.0 * h**4, 1e-4 / h) for h in (0.1, 0.01, 0.001)),
-        *((OF_RK4, f"step={h}", 10.0 * h**4 / better, slower * 1e-4 / h) for h in (0.1, 0.01)),
-        (OF_RK4, "step=0.001", np.nan if fails else 1e-11 / better, slower * 0.1),
+        *((RK4_NAME, f"step={h}", 10.0 * h**4 / better, slower * 1e-4 / h) for h in (0.1, 0.01)),
+        (RK4_NAME, "step=0.001", np.nan if fails else 1e-11 / better, slower * 0.1),
         ("MuJoCo Euler", "step=0.01", 5e-3, 1e-5 if slower > 100.0 else 1.0),
         (GALVI, "step=0.5", 1e-14, 4e-5),
     ]
@@ -272,7 +274,7 @@ def test_steps_of_the_two_codes_are_compared_at_equal_steps(overrides, pattern):
     assert re.search(pattern, mujoco_overhead(runs(**overrides)))
 
 
-@pytest.mark.parametrize("name", [OF_RK4, TEXTBOOK_RK4])
+@pytest.mark.parametrize("name", [RK4_NAME, TEXTBOOK_RK4])
 def test_without_both_codes_nothing_is_said(name):
     rows = runs()
     assert mujoco_overhead(rows[rows["contender"] != name]) == ""
@@ -292,7 +294,7 @@ def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell():
 def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence():
     table = choices(runs())
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
-    assert chosen[1e-4] == OF_RK4 and chosen[1e-12] == OF_RK4
+    assert chosen[1e-4] == RK4_NAME and chosen[1e-12] == RK4_NAME
     assert of_mujoco(choices(runs(), 1e-12, 1e-13), "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
     sentence = of_mujoco(choices(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in sentence
@@ -309,7 +311,7 @@ def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_
     line = answer.table.iloc[0]
     assert (line["error"], line["quantity"]) == ("5.0·10⁻¹³", ATTITUDE)
     assert "at a step of 0.002. Below 10⁻⁹: Body (5.0·10⁻¹³). Errors" in answer.text
-    exact.loc[exact["contender"] == OF_RK4, "error"] = 1e-3
+    exact.loc[exact["contender"] == RK4_NAME, "error"] = 1e-3
     assert "Above 10⁻⁶: Body (0.0010)." in default_step(exact).text
 
 
@@ -328,9 +330,9 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
     assert energies(rows).empty
     rows["energy"] = [10.0 ** -(k + 3) for k in range(len(rows))]
     table = energies(rows).set_index("contender")
-    assert set(table.index) >= {"galvi, best", OF_RK4}
-    best = fastest(rows[rows["contender"] == OF_RK4], 1e-4)
-    assert table.loc[OF_RK4, "10⁻⁴"] == readable(best["energy"], 2)
+    assert set(table.index) >= {"galvi, best", RK4_NAME}
+    best = fastest(rows[rows["contender"] == RK4_NAME], 1e-4)
+    assert table.loc[RK4_NAME, "10⁻⁴"] == readable(best["energy"], 2)
     assert "not reached" in set(table.to_numpy().ravel())
 
 
@@ -374,7 +376,7 @@ def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, prefix, sen
         "outcome": TIE,
         "closer": np.nan,
     }
-    assert _cell(row).startswith(prefix)
+    assert _time_cell(row).startswith(prefix)
     assert sentence in _outcome(1.0, pd.Series(row))[0]
 
 
@@ -441,7 +443,7 @@ def test_ratios_are_shown_with_what_was_not_reached_and_who_took_no_part(
     ratios = pd.DataFrame(rows, columns=columns).assign(
         problem=problem, error=1e-4, noise_low=0.97, noise_high=1.04
     )
-    shown = readme.times(ratios, *readme.TIMES[name]).splitlines()
+    shown = readme.times_table(ratios, *readme.TIMES[name]).splitlines()
     for beginning in (*lines, "| galvi against itself | "):
         assert any(line.startswith(beginning) for line in shown)
     blocks = table_of("README.md", name).split("\n\n")
@@ -481,7 +483,9 @@ def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
     assert cells[2].startswith("heyoka, tolerance=1e-9") and "; galvi degree 8" in cells[2]
     assert cells[3].startswith("heyoka") and "galvi" not in cells[3]
     page = table_of("docs/which.md", readme.CHOICES).splitlines()
-    assert len(page) == 2 + len(readme.PROBLEMS) and page[0].count("error") == len(readme.ASKED)
+    assert len(page) == 2 + len(readme.CHOICE_PROBLEMS) and page[0].count("error") == len(
+        readme.ASKED_ERRORS
+    )
 
 
 def test_the_evidence_is_counted(tmp_path):

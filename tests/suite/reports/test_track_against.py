@@ -86,7 +86,7 @@ def checkout(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "ROOT", root)
     monkeypatch.chdir(root)
     monkeypatch.setattr("tempfile.tempdir", str(spare))
-    monkeypatch.setattr("reports.tracking.rounds.SHORTEST_ATTEMPT", 0.002)
+    monkeypatch.setattr("reports.tracking.rounds.MIN_ATTEMPT_SECONDS", 0.002)
     return root
 
 
@@ -308,7 +308,7 @@ def project(tmp_path, monkeypatch):
     git(inner.parent, "commit", "--quiet", "-m", "first")
     monkeypatch.chdir(inner)
     monkeypatch.syspath_prepend(str(inner))
-    monkeypatch.setattr("reports.tracking.rounds.SHORTEST_ATTEMPT", 0.002)
+    monkeypatch.setattr("reports.tracking.rounds.MIN_ATTEMPT_SECONDS", 0.002)
     monkeypatch.setattr(
         "reports.tracking.tracked_problems.PROBLEMS",
         (tracked("harmonic_oscillator", 5.0, "oscillator, closed form"),),

@@ -344,7 +344,7 @@ def test_what_is_below_the_size_of_each_is_red_by_all_together(
     monkeypatch.setattr(against, "long_runs", lambda *_: [])
     three = [replace(MINE, name=name) for name in ("one", "two", "three")]
     outcome = compared(base, head, *three)
-    assert outcome.red == json.loads(as_json(outcome, {}))["worse"] == red
+    assert outcome.has_alarms == json.loads(as_json(outcome, {}))["worse"] == red
     assert message in f"{outcome} {outcome.report()}"
     assert not compared(base, head, *three[:2]).together
 
@@ -368,7 +368,7 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
     case = replace(MINE, setting={"step": 0.1, "save_every": 10}, step=1.0, steps=1)
     outcome = compared(Fake(warm=warm), Late(warm=warm), case)
     long = [f"orbit, {times} times as long"] if times else []
-    assert [finding.name for finding in outcome.worse] == long
+    assert [finding.name for finding in outcome.alarming] == long
     assert outcome.findings[-1].notes == ((note,) if note else ())
 
 

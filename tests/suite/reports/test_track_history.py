@@ -14,7 +14,7 @@ from benchmarks.statistics.rank_test import slower
 from benchmarks.timings.catalogue import CASES
 from reports.tracking.benches import COLUMNS, TIME, read_history
 from reports.tracking.record import history
-from reports.tracking.together import FURTHER, Together, means
+from reports.tracking.together import FURTHER_ROUNDS, Together, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
 #
@@ -75,7 +75,7 @@ def alarms_together(comparisons, growth):
     for _ in range(comparisons):
         first = Together("mine:Mine", frozenset(), (random_round(random, growth),), size=0.05)
         if first.suspicious:
-            further = tuple(random_round(random, growth) for _ in range(FURTHER))
+            further = tuple(random_round(random, growth) for _ in range(FURTHER_ROUNDS))
             alarms += bool(replace(first, rounds=first.rounds + further).alarms)
     print(f"{comparisons} comparisons with {growth:.0%} more time: {alarms} alarms")
     return alarms

@@ -164,12 +164,12 @@ def test_a_planted_fault_goes_red_at_its_gate(tree, tmp_path, fault):
             f"time {100 * finding.growth:+.1f} %, p = {finding.p:.1e} | "
             f"{' '.join(finding.notes)}"
         )
-    assert outcome.worse, str(outcome)
+    assert outcome.alarming, str(outcome)
     for gate in fault.gates:
-        assert any(gate in finding.alarms for finding in outcome.worse), str(outcome)
+        assert any(gate in finding.alarms for finding in outcome.alarming), str(outcome)
     if fault.gates != ("time",):
         return
-    assert all(set(finding.alarms) == {"time"} for finding in outcome.worse), str(outcome)
+    assert all(set(finding.alarms) == {"time"} for finding in outcome.alarming), str(outcome)
 
 
 @pytest.fixture
@@ -189,4 +189,4 @@ def test_equal_code_under_load_is_never_red(tree, tmp_path):
     for k in range(COMPARISONS):
         outcome = compared(tree, copy, cases)
         print(f"\n{k + 1} of {COMPARISONS}: {outcome}")
-        assert not outcome.red
+        assert not outcome.has_alarms

@@ -15,10 +15,10 @@ from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import Statement, claims_by_place, places, statements
 from references import EngineMissing
 from reports.build.kept import kept_claims
-from reports.build.verify import moved
+from reports.build.verify import differs
 from reports.results import summary as summary_module
 from reports.results.junit import JUnitCase, github_annotations, junit_xml
-from reports.results.rows import merged, read_rows
+from reports.results.rows import merge_rows, read_rows
 from reports.results.summary import Summary
 from tests.suite.reports.small_reports import ROW, claim, suite_of
 
@@ -266,7 +266,7 @@ def test_rows_that_cannot_be_read_are_told_and_replaced(ask, tmp_path, text):
 def test_a_claim_that_is_gone_leaves_the_table():
     before = pd.DataFrame({"id": ["V1", "W9"], "x": [1, 2]})
     now = pd.DataFrame({"id": ["V2"], "x": [3]})
-    table = merged(before, now, "id", ["V2"], ["V1", "V2"])
+    table = merge_rows(before, now, "id", ["V2"], ["V1", "V2"])
     assert table.to_dict("list") == {"id": ["V1", "V2"], "x": [1, 3]}
 
 
@@ -291,9 +291,9 @@ def test_what_changed_is_printed_and_written(ask):
 
 
 def test_a_number_moves_beyond_its_uncertainty_or_a_tenth():
-    assert not moved(1.0, 0.1, 1.28, 0.1) and moved(1.0, 0.1, 1.29, 0.1)
-    assert not moved(1.0, None, 1.1, float("nan")) and moved(1.0, None, 1.12, None)
-    assert moved(1.0, 0.1, float("nan"), 0.1) and not moved(None, None, float("nan"), None)
+    assert not differs(1.0, 0.1, 1.28, 0.1) and differs(1.0, 0.1, 1.29, 0.1)
+    assert not differs(1.0, None, 1.1, float("nan")) and differs(1.0, None, 1.12, None)
+    assert differs(1.0, 0.1, float("nan"), 0.1) and not differs(None, None, float("nan"), None)
 
 
 def test_an_interrupt_has_a_status_and_leaves_the_file_of_the_last_run(ask):

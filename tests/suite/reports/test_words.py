@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reports.site.claims import after, shared_parts
+from reports.site.claims import shared_parts, without_repetition
 from reports.site.typeset import typeset
 from reports.tables.latex import as_latex, caption_of, escape
 from reports.tables.macros import bibliography, macro, numbers
@@ -114,9 +114,9 @@ def test_plain_mathematics_is_set(text, html):
 
 def test_what_the_row_above_or_all_rows_say_is_not_said_again():
     long = "a long explanation of what is to be seen in this row"
-    assert after(long, long) == "as above" and after("", "") == ""
-    assert after(f"{long}; n = 4", f"{long}; n = 3") == "as above; n = 4"
-    assert after("short; n = 4", "short; n = 3") == "short; n = 4"
+    assert without_repetition(long, long) == "as above" and without_repetition("", "") == ""
+    assert without_repetition(f"{long}; n = 4", f"{long}; n = 3") == "as above; n = 4"
+    assert without_repetition("short; n = 4", "short; n = 3") == "short; n = 4"
     assert shared_parts(["a; b; n = 3", "a; b; n = 4"]) == ("a; b", ["n = 3", "n = 4"])
     assert shared_parts([]) == ("", [])
 
