@@ -148,7 +148,7 @@ class Claim:
     study
         (make_method, quick, report) -> tidy table; make_method is `galvi.Galerkin`, or a broken one
         in tests; report(sentence) reports progress
-    judge
+    check
         table -> rows
     figures
         the paper's figures, e.g. "H fig. 2.6"
@@ -165,7 +165,7 @@ class Claim:
     id: str
     title: str
     study: Callable[[MakeMethod, bool, Report], pd.DataFrame]
-    judge: Callable[[pd.DataFrame], list[Row]]
+    check: Callable[[pd.DataFrame], list[Row]]
     figures: tuple[str, ...] = ()
     timed: bool = False
     statement: str = ""

@@ -55,7 +55,7 @@ from benchmarks.checks.bounds import NOT_RUN, VERDICTS, Bound
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, checked_row
 from benchmarks.checks.faults import Fault, faulty
 from benchmarks.statistics.estimate import Measurement
-from benchmarks.store.frames import frame, row
+from benchmarks.store.tables import row, table_of
 
 FOLDER = Path(__file__).parent
 DOCUMENT_NAMES = ("hall_1", "hall_2", "hall_3", "hall_4", "miglio", "own", "agreements")
@@ -455,7 +455,7 @@ def _table_of_numbers(
                 absent=number.absent,
             )
         )
-    return frame(rows)
+    return table_of(rows)
 
 
 def _float(location: str, number: Any) -> float:

@@ -33,7 +33,7 @@ from benchmarks.measures.refinement import (
 from benchmarks.statistics import convergence_fits, readings
 from benchmarks.statistics.convergence_fits import Fit, algebraic
 from benchmarks.statistics.estimate import Estimate, Measurement, estimate
-from benchmarks.store.frames import failure, frame, history, number, pick, row, rows, series
+from benchmarks.store.tables import failure, history, number, pick, row, rows, series, table_of
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
@@ -62,7 +62,6 @@ __all__ = [
     "failure",
     "faulty",
     "fewer",
-    "frame",
     "heavier",
     "history",
     "method_of",
@@ -79,6 +78,7 @@ __all__ = [
     "rows",
     "scaled",
     "series",
+    "table_of",
     "times",
     "with_arguments",
     "with_fixed_number",

@@ -27,7 +27,7 @@ from itertools import chain
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT_REPRODUCED
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims.documents import Part, all_documents
-from benchmarks.store.frames import frame
+from benchmarks.store.tables import table_of
 
 PAPERS = ("H", "M")
 REPRODUCED, FALSE, UNCHECKABLE = "reproduced", "false as printed", "cannot be checked"
@@ -118,7 +118,7 @@ def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
         for where in (statement.where, *places(statement.where)):
             by_place[where] |= claim_ids & {*statement.claims}
     for claim in claims:
-        sources = (*claim.figures, *(row.source for row in claim.judge(frame([]))))
+        sources = (*claim.figures, *(row.source for row in claim.check(table_of([]))))
         for where in chain(*map(places, sources)):
             by_place[where].add(claim.id)
     return by_place

@@ -11,8 +11,8 @@ import numpy as np
 import galvi
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.errors import PER_STEP, QUANTITIES
-from benchmarks.store import frames
-from benchmarks.store.frames import failure, rows
+from benchmarks.store import tables
+from benchmarks.store.tables import failure, rows
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
@@ -145,5 +145,5 @@ def history(
     return [
         row
         for quantity, measure in measures.items()
-        for row in frames.history(quantity, run.t, measure(run), **columns)
+        for row in tables.history(quantity, run.t, measure(run), **columns)
     ]

@@ -14,7 +14,7 @@ from benchmarks.statistics import convergence_fits
 from benchmarks.statistics import drift as drifts
 from benchmarks.statistics.convergence_fits import Decay, Fit
 from benchmarks.statistics.drift import Drift
-from benchmarks.store.frames import pick, series
+from benchmarks.store.tables import pick, series
 from galvi.arrays import Array
 
 

@@ -14,7 +14,7 @@ from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
 from benchmarks.measures.orbit_shape import angle, extent, perihelion, period
 from benchmarks.measures.refinement import method_of, outcome
-from benchmarks.store.frames import frame, history, number, pick, row, rows
+from benchmarks.store.tables import history, number, pick, row, rows, table_of
 from galvi import Problem, Trajectory
 from references.rebound import ias15
 
@@ -85,7 +85,7 @@ class LongSteps:
             observations += self._errors(run, truth, suffix, study=name, n=k)
             if name == f"n = {n}":
                 observations += self._orbits(run) + self._shapes(run, truth)
-        return frame(observations)
+        return table_of(observations)
 
     def _errors(
         self, run: Trajectory, truth: Trajectory, suffix: str, **settings: Any

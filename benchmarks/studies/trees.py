@@ -14,7 +14,7 @@ import galvi
 from benchmarks.checks.claim import Report
 from benchmarks.statistics.repeated_run import net_time
 from benchmarks.statistics.timing import interleaved
-from benchmarks.store.frames import failure
+from benchmarks.store.tables import failure
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import fixed, galvi_label, largest_difference
 from galvi.arrays import Array

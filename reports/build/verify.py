@@ -188,7 +188,7 @@ def _texts(claim: Claim) -> list[str]:
     A claim whose checks depend on its measurement has a single text, with its title.
     """
     try:
-        rows = claim.judge(pd.DataFrame())
+        rows = claim.check(pd.DataFrame())
     except Exception:  # reported when the claim is measured
         rows = []
     names = [(row.quantity, row.source) for row in rows] or [(claim.title,)]

@@ -16,7 +16,7 @@ import galvi
 from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.foreign_texts import visible
-from benchmarks.store.frames import frame
+from benchmarks.store.tables import table_of
 from references import EngineMissing
 from reports.results.cache import BuildCache, CachedResult, Study
 
@@ -93,7 +93,7 @@ def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> Cla
 def _claim_result(claim: Claim, measurement: CachedResult) -> ClaimResult:
     try:
         rows = tuple(
-            _with_statuses(row, measurement.table) for row in claim.judge(measurement.table)
+            _with_statuses(row, measurement.table) for row in claim.check(measurement.table)
         )
         if not rows:
             raise ValueError("its judge returned no row, so nothing was checked")
@@ -118,7 +118,7 @@ def _rows_not_run(claim: Claim, error: Exception) -> tuple[Row, ...]:
     """
     why = visible(f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}")
     try:
-        rows = claim.judge(frame([]))
+        rows = claim.check(table_of([]))
     except Exception:
         rows = []
     missing_engine = error.name or "" if isinstance(error, EngineMissing) else ""

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
-from benchmarks.store.frames import pick
+from benchmarks.store.tables import pick
 from benchmarks.studies.long_steps import CURVE, ENDS
 from galvi.arrays import Array
 from reports.figures.style.identities import COLOURS, SUN

@@ -14,7 +14,7 @@ from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import Truth, assess, suspects
 from reports.tracking.outcome import Outcome
 from reports.tracking.rounds import Pair, interleave, long_runs, run_pairs
-from reports.tracking.together import FURTHER_ROUNDS, judge_together, suspected
+from reports.tracking.together import FURTHER_ROUNDS, growths_together, suspected
 from reports.tracking.worker import ANSWER_SECONDS, Worker
 
 # Samples of the yardstick before the first round and after it, as in `make bench`:
@@ -69,7 +69,7 @@ def compare(
         truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}
     findings = assess([*pairs, *long], truths)
     yardstick_seconds = statistics.median(seconds) if seconds else math.nan
-    return Outcome(base.name, head.name, findings, judge_together(pairs), yardstick_seconds)
+    return Outcome(base.name, head.name, findings, growths_together(pairs), yardstick_seconds)
 
 
 def _truth(case: Case) -> Truth:

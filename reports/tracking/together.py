@@ -91,7 +91,7 @@ class Together:
         return f"{benchmarks} {verb} {growth:.1f} % slower (p = {p})"
 
 
-def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
+def growths_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
     """The times together of each integrator of a project that has MIN_BENCHMARKS timed ones."""
     groups: dict[str, list[Pair]] = {}
     for pair in pairs:
@@ -118,7 +118,7 @@ def suspected(pairs: Sequence[Pair]) -> set[str]:
     Integrators one of whose benchmarks is slower by its own times are left out.
     """
     slower = suspects(pairs, 0) & suspects(pairs, 1)
-    groups = [group.benchmarks for group in judge_together(pairs) if group.suspicious]
+    groups = [group.benchmarks for group in growths_together(pairs) if group.suspicious]
     return set().union(*(group for group in groups if not slower & group))
 
 

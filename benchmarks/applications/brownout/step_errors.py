@@ -19,8 +19,8 @@ from benchmarks.applications.brownout.statistics import (
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.refinement import collocation
 from benchmarks.statistics.estimate import Estimate
-from benchmarks.store.frames import number, row, series
-from benchmarks.store.frames import rows as rows_of
+from benchmarks.store.tables import number, row, series
+from benchmarks.store.tables import rows as rows_of
 
 COMPARED_STEPS = {  # degree: numbers of steps
     1: (96, 128, 160, 192, 224, 256, 320, 384),

@@ -37,7 +37,7 @@ from benchmarks.applications.external.integrator import CheckedRun, ExternalInte
 from benchmarks.applications.external.long_runs import LongRun, cut_run, long_run, longest_run
 from benchmarks.applications.external.order_runs import order_runs
 from benchmarks.applications.external.reversed_runs import reversed_runs
-from benchmarks.store.frames import failure, row
+from benchmarks.store.tables import failure, row
 from benchmarks.work_precision.participants import FEWEST_STEPS, readable_setting, sampled
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array

@@ -43,7 +43,7 @@ from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.statistics.convergence_fits import FEWEST_POINTS, algebraic, window
 from benchmarks.statistics.drift import Drift, drift
-from benchmarks.store.frames import frame, number, pick, row
+from benchmarks.store.tables import number, pick, row, table_of
 
 PRINTED = "printed"  # row of the number of printed lines, for no problem; status: the first ones
 LARGEST_RATIO = 0.7  # largest ratio of the errors at the finest and the coarsest setting
@@ -640,7 +640,7 @@ def check_runs(
     printed = external.printed
     rows += [runs.failures(problem) for problem in (*supported, *faulty)]
     rows.append(row(quantity=PRINTED, value=printed.lines, status=" / ".join(printed.first)))
-    return frame(rows)
+    return table_of(rows)
 
 
 def contender_checks(

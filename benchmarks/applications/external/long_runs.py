@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.applications.external.check_problems import CheckProblem
 from benchmarks.applications.external.integrator import CheckedRun, ExternalIntegrator
 from benchmarks.measures import independent_invariants
-from benchmarks.store.frames import failure, row
+from benchmarks.store.tables import failure, row
 from benchmarks.work_precision.participants import offered_settings, readable_setting, sampled
 from galvi import Problem, Trajectory
 from galvi.arrays import Array

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.applications.external.check_problems import CheckProblem
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.statistics.convergence_fits import window
-from benchmarks.store.frames import failure, row
+from benchmarks.store.tables import failure, row
 from galvi.arrays import Array
 
 ORDER = "error in between"

@@ -24,7 +24,7 @@ from benchmarks.applications.external.order_runs import (
     first_steps,
     offered_steps,
 )
-from benchmarks.store.frames import failure, row
+from benchmarks.store.tables import failure, row
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.lagrangian import velocity_at

@@ -39,7 +39,7 @@ from benchmarks.applications.external.own_check_problems import own_check_proble
 from benchmarks.checks.bounds import ATTAINED, EXCEEDS, FINDING, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Row
 from benchmarks.store.foreign_texts import visible
-from benchmarks.store.frames import frame, pick
+from benchmarks.store.tables import pick, table_of
 
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 CONTENDER, PROBLEM, LIMIT = "--galvi", "--galvi-problem", "--galvi-timeout"  # options of pytest
@@ -96,7 +96,7 @@ class ServedChecks:
         runs = self._runs.get(external.path, Runs(external)).for_another_measurement()
         self._runs[external.path] = runs
         rows = [row for problem in problems for row in check.measure(runs, problem)]
-        table = frame([*rows, *map(runs.failures, problems)])
+        table = table_of([*rows, *map(runs.failures, problems)])
         claim_rows = ClaimRows(item["check"], external, self._problems)
         rows_checked = check.rows_of_all(claim_rows, table)
         for problem in problems:

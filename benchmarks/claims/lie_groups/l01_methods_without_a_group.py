@@ -15,10 +15,10 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Report,
     failure,
-    frame,
     history,
     method_on_group,
     readings,
+    table_of,
     times,
 )
 from benchmarks.measures.rigid_invariants import orthogonality_defect
@@ -67,7 +67,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         rows += history(SPHERE, t, abs(np.linalg.norm(y, axis=-1) / size - 1.0), study=label)
         rows += history(ENERGY, t, abs(energy - 1.0), study=label)
         rows += history("momentum", np.arange(float(len(places))), places / size, study=label)
-    return frame(rows)
+    return table_of(rows)
 
 
 def momentum_alone(y0: Array, moments: Array, duration: float) -> tuple[Array, Array, Array]:

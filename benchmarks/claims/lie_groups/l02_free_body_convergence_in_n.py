@@ -12,10 +12,10 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     number,
     readings,
     refine,
+    table_of,
     times,
 )
 from benchmarks.claims.lie_groups.curves_and_ends import CURVE, ENDS, n_stars, scan, scan_of
@@ -42,7 +42,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     for chart, method in METHODS.items():
         options = (make_method, report, method)
         rows += refine(f"n-refinement, {chart}", body, FREE_TOP, cases, ENDS_AND_CURVE, *options)
-    return frame(rows)
+    return table_of(rows)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -21,13 +21,13 @@ from benchmarks.claims.kit import (
     Measurement,
     Report,
     at_fixed_time,
-    frame,
     number,
     of_table,
     readings,
     refine_at_end,
     row,
     scaled,
+    table_of,
     times,
 )
 from benchmarks.claims.lie_groups.free_body import OTHER_MOTIONS
@@ -106,7 +106,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         q, _ = pendulum_after(2.0, 0.0, case.step, case.steps, case.n - 2, *rules)
         error = abs(q - float(ends[PLANE][0]))
         rows.append(row(study=PLANE, quantity=ERROR, value=error, **case.columns))
-    return frame(rows)
+    return table_of(rows)
 
 
 def method(study: str, make_method: MakeMethod, n: int) -> Any:

@@ -13,11 +13,11 @@ from benchmarks.claims.kit import (
     Report,
     Trajectory,
     failure,
-    frame,
     history,
     method_on_group,
     readings,
     row,
+    table_of,
 )
 from benchmarks.claims.short_runs import SHORT, short_runs
 from benchmarks.measures import rigid_invariants
@@ -44,7 +44,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         run = galvi.integrate(body, method, 200.0 / steps, steps)
         where = {"study": "h-refinement", "step": 200.0 / steps, "status": failure(run)}
         rows.append(row(value=float(np.max(abs(errors(run)))), **where))
-    return frame(rows)
+    return table_of(rows)
 
 
 def errors(run: Trajectory) -> Array:

@@ -11,11 +11,11 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Report,
     failure,
-    frame,
     history,
     method_on_group,
     readings,
     rows,
+    table_of,
 )
 from benchmarks.claims.lie_groups.free_body import OTHER_MOTIONS
 from galvi.problems.rigid_bodies import INERTIA
@@ -59,7 +59,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         }
         observed += rows(largest, study="sphere", status=failure(run))
         observed += history("momentum", run.t, run.p, study="sphere", label=str(k))
-    return frame(observed)
+    return table_of(observed)
 
 
 def read(table: DataFrame) -> dict[str, float]:

@@ -12,11 +12,11 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     method_on_group,
     number,
     readings,
     refine,
+    table_of,
     times,
 )
 from benchmarks.claims.lie_groups.curves_and_ends import CURVE, n_stars, scan, scan_of
@@ -45,7 +45,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     for weight in WEIGHTS.values():
         heavy = galvi.problems.pendulum_3d(weight)
         rows += scan(heavy, make_method, report, f"m g = {weight:g}, ")
-    return frame([*rows, oracles(pendulum, 50.0, 100)])
+    return table_of([*rows, oracles(pendulum, 50.0, 100)])
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -10,10 +10,10 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Report,
     at_fixed_time,
-    frame,
     method_on_group,
     readings,
     refine,
+    table_of,
 )
 from benchmarks.claims.lie_groups.free_body import OTHER_MOTIONS
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH
@@ -29,7 +29,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     counts = [round(2.0 ** (j / 4)) for j in range(10, 28 if quick else 31)]
     cases = at_fixed_time(NS, 5.0, counts)
     options = (cases, ENDS_AND_CURVE, make_method, report, method_on_group)
-    return frame(refine(FIXED_TIME, galvi.problems.pendulum_3d(), TRUTH, *options))
+    return table_of(refine(FIXED_TIME, galvi.problems.pendulum_3d(), TRUTH, *options))
 
 
 def read(table: DataFrame) -> dict[str, Fit]:

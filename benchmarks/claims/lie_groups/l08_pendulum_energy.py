@@ -11,11 +11,11 @@ from benchmarks.claims.kit import (
     Measurement,
     Report,
     at_fixed_time,
-    frame,
     method_on_group,
     number,
     readings,
     refine,
+    table_of,
 )
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, oracles
 from benchmarks.claims.short_runs import SHORT, STARTS, short_runs
@@ -40,7 +40,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     rows += refine("h-refinement", pendulum, TRUTH, *options)
     method = method_on_group(make_method, N)
     rows += short_runs(QUANTITY, pendulum, TRUTH, 300.0, method, STEP)
-    return frame([*rows, oracles(pendulum, 300.0, STARTS)])
+    return table_of([*rows, oracles(pendulum, 300.0, STARTS)])
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

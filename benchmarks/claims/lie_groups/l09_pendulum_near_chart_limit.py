@@ -20,12 +20,12 @@ from benchmarks.claims.kit import (
     Report,
     failure,
     fewer,
-    frame,
     history,
     method_on_group,
     number,
     readings,
     row,
+    table_of,
     times,
     with_arguments,
 )
@@ -148,7 +148,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             *history(ENDS, t[: SHOWN + 1], q[: SHOWN + 1, :, 2], **where),
             *(history(CURVE, fine, run(fine)[:, :, 2], **where) if completed else ()),
         ]
-    return frame(observed)
+    return table_of(observed)
 
 
 def growth(start: Problem) -> float:

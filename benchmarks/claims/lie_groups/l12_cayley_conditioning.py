@@ -22,12 +22,12 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     readings,
     row,
     rows,
     scaled,
     series,
+    table_of,
 )
 from galvi.charts.chart import Chart, coordinates, place, tangent
 
@@ -63,7 +63,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     method = make_method(galvi.Polynomials(7), galvi.gauss(8))
     body = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
     unexpected = sum(galvi.integrate(body, method, h, 1).success != TURNS[h] for h in TURNS)
-    return frame([*measured, row(quantity=MISSED, value=unexpected)])
+    return table_of([*measured, row(quantity=MISSED, value=unexpected)])
 
 
 def largest_ratios(

@@ -22,7 +22,6 @@ from benchmarks.claims.kit import (
     Report,
     at_fixed_time,
     failure,
-    frame,
     method_on_group,
     number,
     pick,
@@ -30,6 +29,7 @@ from benchmarks.claims.kit import (
     refine_at_end,
     row,
     rows,
+    table_of,
     with_arguments,
 )
 from benchmarks.claims.lie_groups import pendulum_motion
@@ -103,7 +103,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             exact = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
             values = {TURNED: np.max(abs(run.q[-1] - exact)) if run.success else np.nan}
             measured += rows(values, study=chart.name, n=ROTATION_N, step=turn, status=failure(run))
-    return frame(measured)
+    return table_of(measured)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -14,12 +14,12 @@ from benchmarks.claims.kit import (
     Measurement,
     Report,
     failure,
-    frame,
     method_on_group,
     of_motion,
     readings,
     reversed_clock,
     rows,
+    table_of,
 )
 from benchmarks.claims.lie_groups.pendulum_motion import TRUTH, problem
 from benchmarks.measures.boundary_motion import CURVE, ENDS, IN_H, IN_N, distance
@@ -43,7 +43,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         exact = TRUTH.run(problem(), h, {"samples": 1}).q[-1]
         values = {ENDS: np.max(abs(run.q[-1] - exact)), CURVE: distance(run, TRUTH)}
         measured += rows(values, study=name, n=n, step=h, steps=1, status=failure(run))
-    return frame(measured)
+    return table_of(measured)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

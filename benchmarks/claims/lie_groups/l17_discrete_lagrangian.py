@@ -22,7 +22,6 @@ from benchmarks.claims.kit import (
     algebraic,
     always,
     failure,
-    frame,
     method_on_group,
     of_motion,
     readings,
@@ -31,6 +30,7 @@ from benchmarks.claims.kit import (
     rows,
     scaled,
     series,
+    table_of,
 )
 from benchmarks.claims.lie_groups import free_body, pendulum_motion
 from benchmarks.claims.lie_groups.cayley_curve import distance_of_polynomials
@@ -93,7 +93,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             along, _ = action_along(problem, h, OTHER)
             distance = abs(along - exact_lagrangian(problem, truth, last, h))
             measured.append(row(study=name, quantity=ORACLES, step=h, value=distance))
-    return frame([*measured, *departures(make_method)])
+    return table_of([*measured, *departures(make_method)])
 
 
 def exact_lagrangian(problem: Problem, truth: Contender, last: Array, h: float) -> float:

@@ -17,7 +17,6 @@ from benchmarks.claims.kit import (
     Report,
     Trajectory,
     fewer,
-    frame,
     method_on_group,
     of_table,
     pick,
@@ -25,6 +24,7 @@ from benchmarks.claims.kit import (
     row,
     rows,
     scaled,
+    table_of,
     with_arguments,
 )
 from benchmarks.claims.lie_groups import free_body, pendulum_motion, printed_formulas
@@ -105,7 +105,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         for n in ORDERS
         for h in SIZES
     ]
-    return frame([*rows(numbers, study=NUMBERS), *series])
+    return table_of([*rows(numbers, study=NUMBERS), *series])
 
 
 def distance(first: Any, second: Any) -> float:

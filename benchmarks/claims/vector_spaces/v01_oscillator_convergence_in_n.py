@@ -10,9 +10,9 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     readings,
     refine,
+    table_of,
 )
 from references.closed_forms.oscillator import OSCILLATOR
 
@@ -24,7 +24,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Series 'n-refinement' of the one-step and the curve error."""
     cases = [Case(n, STEP, STEPS) for n in range(14 if quick else 8, 31)]
     problem = galvi.problems.harmonic_oscillator()
-    return frame(
+    return table_of(
         refine("n-refinement", problem, OSCILLATOR, cases, ENDS_AND_CURVE, make_method, report)
     )
 

@@ -11,9 +11,9 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     readings,
     refine,
+    table_of,
 )
 from benchmarks.claims.vector_spaces.v01_oscillator_convergence_in_n import STEP, STEPS
 from benchmarks.measures.errors import energy_errors
@@ -34,7 +34,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     rows = refine("n-refinement", problem, OSCILLATOR, cases, [QUANTITY], make_method, report)
     watched = Case(HISTORY_N, STEP, HISTORY_STEPS)
     rows += history("history", problem, watched, {QUANTITY: energy_errors}, make_method)
-    return frame(rows)
+    return table_of(rows)
 
 
 def round_off() -> float:

@@ -9,10 +9,10 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     number,
     readings,
     refine,
+    table_of,
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FLOOR,
@@ -49,7 +49,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     cases = [Case(n, STEP, 1) for n in range(8, 46, 3 if quick else 1)]
     start = problem(-STEP / 2)
     rows += refine(CENTRED, start, KEPLER, cases, (QUANTITY,), make_method, report)
-    return frame(rows + oracles("oracles", STEP * STEPS, STEPS))
+    return table_of(rows + oracles("oracles", STEP * STEPS, STEPS))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

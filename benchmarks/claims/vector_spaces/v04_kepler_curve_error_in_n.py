@@ -11,9 +11,9 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     number,
     readings,
+    table_of,
 )
 from benchmarks.claims.vector_spaces import v03_kepler_step_error_in_n as v03
 from benchmarks.claims.vector_spaces.kepler_orbit import (
@@ -38,7 +38,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     references, at step ends."""
     ns = range(14, 63, 3) if quick else range(7, 62)
     rows = n_refinement(ns, ENDS_AND_CURVE, make_method, report)
-    return frame(rows + oracles("oracles", STEP * STEPS, STEPS))
+    return table_of(rows + oracles("oracles", STEP * STEPS, STEPS))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -11,9 +11,9 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     readings,
     refine,
+    table_of,
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FIXED_TIME,
@@ -48,7 +48,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     cases = at_one_time(NS, quick)
     rows += refine(FIXED_TIME, problem(), KEPLER, cases, ENDS_AND_CURVE, *options)
     rows += refine(CANDIDATE, problem(), KEPLER, cases, [ENDS], *options, clenshaw_curtis)
-    return frame(rows)
+    return table_of(rows)
 
 
 def clenshaw_curtis(make_method: MakeMethod, n: int) -> Any:

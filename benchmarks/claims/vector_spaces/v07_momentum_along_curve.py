@@ -12,10 +12,10 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     pick,
     readings,
     refine,
+    table_of,
     times,
     with_fixed_number,
 )
@@ -58,7 +58,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         )
     cases = with_fixed_number([EVEN], 100, sizes)
     rows += refine(ELSEWHERE, problem(START), KEPLER, cases, INVARIANTS, make_method, report)
-    return frame(rows)
+    return table_of(rows)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -10,9 +10,9 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     method_of,
     readings,
+    table_of,
 )
 from benchmarks.claims.short_runs import SHORT, short_runs
 from benchmarks.claims.vector_spaces.kepler_orbit import STEP, problem
@@ -28,7 +28,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     errors of short runs from states round the orbit."""
     rows = history("history", problem(), Case(8, STEP, 10000), MEASURES, make_method)
     rows += short_runs("energy error", problem(), KEPLER, math.tau, method_of(make_method, 8), STEP)
-    return frame(rows)
+    return table_of(rows)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -18,13 +18,13 @@ from benchmarks.claims.kit import (
     MakeMethod,
     Measurement,
     Report,
-    frame,
     heavier,
     number,
     of_motion,
     readings,
     reversed_clock,
     row,
+    table_of,
     times,
 )
 from benchmarks.measures.independent_invariants import energy
@@ -49,7 +49,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     runs = [oracle.run(problem, STEP * STEPS, {"samples": 10}) for oracle in (IAS15, STORED_TRUTH)]
     distances = np.linalg.norm(runs[0].q[:, MERCURY] - runs[1].q[:, MERCURY], axis=-1)
     both = row(quantity=f"{ORACLES} [au], Mercury", value=float(np.max(distances)))
-    return pd.concat([table, frame([both])], ignore_index=True)
+    return pd.concat([table, table_of([both])], ignore_index=True)
 
 
 def bounds() -> dict[str, float]:

@@ -13,11 +13,11 @@ from benchmarks.claims.kit import (
     Measurement,
     Problem,
     Report,
-    frame,
     readings,
     reversed_clock,
     rows,
     scaled,
+    table_of,
     times,
     with_arguments,
 )
@@ -66,7 +66,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         if np.isfinite(from_sun).all()
         else np.nan
     }
-    return frame([*lines, *rows(escapes(system, 20 if quick else 200) | gone)])
+    return table_of([*lines, *rows(escapes(system, 20 if quick else 200) | gone)])
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

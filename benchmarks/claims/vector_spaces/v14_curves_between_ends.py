@@ -22,11 +22,11 @@ from benchmarks.claims.kit import (
     Report,
     Trajectory,
     failure,
-    frame,
     method_of,
     number,
     readings,
     rows,
+    table_of,
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     STEP,
@@ -82,7 +82,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
                     steps=1,
                     status=" ".join(filter(None, map(failure, runs))),
                 )
-    return frame(observations)
+    return table_of(observations)
 
 
 def errors_of(motion: BoundaryValueMotion, run: Trajectory) -> tuple[float, ...]:

@@ -21,12 +21,12 @@ from benchmarks.claims.kit import (
     Trajectory,
     at_fixed_time,
     failure,
-    frame,
     history,
     method_of,
     readings,
     refine,
     rows,
+    table_of,
     times,
 )
 from benchmarks.measures import independent_invariants
@@ -89,7 +89,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         run = galvi.integrate(pair_on_a_line(), by_component(make_method, n), 25.0 / 70, 70)
         change = changes_of_momenta(run)[LINEAR]
         observations += rows({LINEAR: change}, study=TRANSLATION, n=n, status=failure(run))
-    return frame(observations + along_a_run(method_of(make_method, 8)))
+    return table_of(observations + along_a_run(method_of(make_method, 8)))
 
 
 def by_component(make_method: MakeMethod, n: int) -> Any:

@@ -8,8 +8,8 @@ from benchmarks.claims.kit import (
     Measurement,
     Report,
     at_fixed_time,
-    frame,
     readings,
+    table_of,
 )
 from benchmarks.claims.vector_spaces.oscillator import DURATION, FLOOR, QUANTITY, refinement
 
@@ -22,7 +22,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     ratio 2^(1/4)."""
     counts = [round(10 * 2.0 ** (j / 4)) for j in range(21 if quick else 33)]
     cases = at_fixed_time([N + 1 for N in DEGREES], DURATION, counts)
-    return frame(refinement(STUDY, cases, make_method, report))
+    return table_of(refinement(STUDY, cases, make_method, report))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

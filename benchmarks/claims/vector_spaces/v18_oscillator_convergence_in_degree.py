@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from benchmarks.claims.kit import Case, DataFrame, MakeMethod, Measurement, Report, frame, readings
+from benchmarks.claims.kit import (
+    Case,
+    DataFrame,
+    MakeMethod,
+    Measurement,
+    Report,
+    readings,
+    table_of,
+)
 from benchmarks.claims.vector_spaces.oscillator import (
     DURATION,
     FLOOR,
@@ -20,7 +28,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     for name, h in STUDIES.items():
         cases = [Case(n, h, round(DURATION / h)) for n in range(2, 9 if h == LARGEST else 19)]
         rows += refinement(name, cases, make_method, report)
-    return frame(rows)
+    return table_of(rows)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

@@ -22,12 +22,12 @@ from benchmarks.claims.kit import (
     always,
     at_fixed_time,
     failure,
-    frame,
     number,
     readings,
     refine,
     row,
     rows,
+    table_of,
     with_arguments,
 )
 from benchmarks.measures.best_approximation import Motion, best_errors, step_error
@@ -96,7 +96,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             return make(galvi.Polynomials(n - 1), rule(n - 1))
 
         observations += refine(name, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
-    return frame(observations)
+    return table_of(observations)
 
 
 def errors_of(name: str, method: Any, N: int, count: int) -> list[dict[str, Any]]:

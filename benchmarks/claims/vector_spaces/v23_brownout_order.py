@@ -18,13 +18,13 @@ from benchmarks.claims.kit import (
     Measurement,
     Problem,
     Report,
-    frame,
     number,
     of_motion,
     readings,
     row,
     rows,
     series,
+    table_of,
     with_arguments,
 )
 from benchmarks.claims.vector_spaces.brownout_crossing import kink_error
@@ -101,7 +101,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
                 table += _largest_of_placements(
                     make_method, degree, range(first, first + (8 if quick else 13))
                 )
-    return frame(table)
+    return table_of(table)
 
 
 def stopped_at(tolerance: float) -> str:

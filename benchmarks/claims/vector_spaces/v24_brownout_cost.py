@@ -16,10 +16,10 @@ from benchmarks.claims.kit import (
     Measurement,
     Report,
     failure,
-    frame,
     number,
     row,
     rows,
+    table_of,
     times,
 )
 from benchmarks.claims.vector_spaces.brownout_particle import (
@@ -72,7 +72,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         }
         steps = PIECES * size
         table += rows(values, study=label_of(degree), steps=steps, status=failure(run))
-    return frame(table)
+    return table_of(table)
 
 
 def label_of(degree: int) -> str:

@@ -41,12 +41,12 @@ from benchmarks.claims.kit import (
     collocation,
     faulty,
     fewer,
-    frame,
     history,
     number,
     pick,
     readings,
     rows,
+    table_of,
     with_arguments,
 )
 from galvi.problems.brownout import GRAVITY
@@ -88,7 +88,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     z and t, with the size in `label`.
     """
     grains = QUICK_SAMPLED if quick else 4000
-    return frame(
+    return table_of(
         [
             *paths(make_method, quick, report),
             *balances(make_method, np.arange(grains)),

@@ -20,13 +20,13 @@ from benchmarks.claims.kit import (
     Report,
     algebraic,
     failure,
-    frame,
     method_of,
     readings,
     row,
     rows,
     scaled,
     series,
+    table_of,
 )
 from benchmarks.claims.vector_spaces import kepler_orbit
 from benchmarks.claims.vector_spaces.step_actions import (
@@ -89,7 +89,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         for h in halved[4:15]:
             error = error_in_polar_coordinates(method_of(make_method, n), h)
             observations.append(row(study=POLAR, quantity=ACTION, n=n, step=h, value=error))
-    return frame(observations)
+    return table_of(observations)
 
 
 def error_in_polar_coordinates(method: Any, h: float) -> float:

@@ -19,12 +19,12 @@ from benchmarks.claims.kit import (
     Measurement,
     Report,
     failure,
-    frame,
     of_motion,
     readings,
     row,
     rows,
     scaled,
+    table_of,
     with_arguments,
 )
 from benchmarks.claims.vector_spaces import singular_approximation
@@ -82,7 +82,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             method = make_method(galvi.Polynomials(degree), galvi.gauss(degree + 1))
             for count in COUNTS[:9] if quick else COUNTS:
                 observations += in_step(drive, method, degree, count)
-    return frame(observations)
+    return table_of(observations)
 
 
 def in_step(drive: SingularDrive, method: Any, degree: int, count: int) -> list[dict[str, Any]]:

@@ -20,10 +20,10 @@ from benchmarks.claims.kit import (
     Report,
     always,
     failure,
-    frame,
     readings,
     rows,
     scaled,
+    table_of,
 )
 from benchmarks.measures.independent_space import (
     all_of_degree,
@@ -77,7 +77,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         "least inf-sup constant over m": below,
         "least inf-sup constant over m, against 1 / sqrt(2)": below,
     }
-    return frame(
+    return table_of(
         lines
         + rows(extremes | {f"{ORACLES}, {of.name}": distance_of_references(of) for of in TIMED})
     )

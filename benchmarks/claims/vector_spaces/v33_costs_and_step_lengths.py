@@ -19,12 +19,12 @@ from benchmarks.claims.kit import (
     Report,
     Trajectory,
     failure,
-    frame,
     method_of,
     pick,
     readings,
     rows,
     series,
+    table_of,
     times,
 )
 from benchmarks.claims.vector_spaces.curves_beside_steps import bases_and_orders, errors_of_curves
@@ -87,7 +87,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             setting = {"step": STEP / k, "save_every": k, **options}
             run = contender.run(problem, STEP * STEPS, setting)
             table += _distances(run, truth, label=label, step=STEP / k, steps=k * STEPS)
-    return frame([*table, *errors_of_curves(make_method, quick, report)])
+    return table_of([*table, *errors_of_curves(make_method, quick, report)])
 
 
 def _distances(run: Trajectory, truth: Trajectory, **where: Any) -> list[dict[str, Any]]:

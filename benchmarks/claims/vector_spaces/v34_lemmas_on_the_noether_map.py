@@ -24,11 +24,11 @@ from benchmarks.claims.kit import (
     estimate,
     failure,
     fewer,
-    frame,
     of_motion,
     readings,
     rows,
     scaled,
+    table_of,
     times,
     with_arguments,
 )
@@ -82,7 +82,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
                 table += rows(sides, label=label, status=failure(run), **where)
     for start, h in product((0.0, 1.0), (0.25, 0.5, 1.0)):
         table += rows(of_exact_motion(problem(start), h), step=h)
-    return frame(table)
+    return table_of(table)
 
 
 def functions(n: int) -> dict[str, Array]:

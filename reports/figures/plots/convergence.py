@@ -15,7 +15,7 @@ from matplotlib.transforms import offset_copy
 
 from benchmarks.statistics.convergence_fits import Fit, algebraic, geometric
 from benchmarks.statistics.orders import BOUND, ROUND_OFF
-from benchmarks.store.frames import series
+from benchmarks.store.tables import series
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
 from reports.figures.style.layout import legend, split
 from reports.tables.number_format import concise, is_finite

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from benchmarks.applications.brownout.step_errors import SAMPLING, STEP_ERROR, WORK, sampling_error
-from benchmarks.store.frames import pick
+from benchmarks.store.tables import pick
 from galvi.arrays import Array
 from reports.figures.style.decades import power_of_ten
 from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line_color

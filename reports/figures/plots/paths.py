@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from benchmarks.applications.brownout.cloud import PILOT_EYE, SIGHT_TARGET
-from benchmarks.store.frames import pick
+from benchmarks.store.tables import pick
 from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, decay, rotor_height
 from reports.figures.moving import in_frame

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
-from benchmarks.store.frames import pick
+from benchmarks.store.tables import pick
 from reports.figures.style.identities import COLOURS, GUIDE, line_color
 from reports.figures.style.layout import NoData, split
 

@@ -24,7 +24,7 @@ FAULTS = {
     "galvi": ("galvi/kernels/forces/nbody.py", "from galvi import arrays"),
     "references": ("references/newton.py", "from references.scipy import ivp"),
     "independent": ("references/newton.py", "from galvi.kernels.forces import nbody"),
-    "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
+    "benchmarks": ("benchmarks/store/tables.py", "from benchmarks.studies import scaling"),
     "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
     "cycles": ("galvi/spaces/polynomials.py", "from galvi.spaces import fourier"),
 }

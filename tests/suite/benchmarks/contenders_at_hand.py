@@ -327,7 +327,7 @@ def checked(contender, *check_problems):
     """(rows of a contender, those with unexpected verdicts, its external integrator)."""
     external = Inside.of(contender)
     (claim,) = contender_checks([external], check_problems or (ORBIT,))
-    rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
+    rows = claim.check(claim.study(galvi.Galerkin, True, lambda sentence: None))
     assert {row.id for row in rows} == {claim.id} and len({row.quantity for row in rows}) == len(
         rows
     )

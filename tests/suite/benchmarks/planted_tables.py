@@ -33,13 +33,13 @@ def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> li
     if fault.table is not None:
         table = quick(claim)
         fault.table(table)
-        return claim.judge(table)
+        return claim.check(table)
     with pytest.MonkeyPatch.context() as patch:
         for truth in TRUTHS:
             patch.setattr(truth, "run", remembered(truth.run))
         for name, change in fault.wrong.items():
             patch.setattr(name, change(resolve_name(name)))
-        return claim.judge(claim.study(fault.make, True, lambda sentence: None))
+        return claim.check(claim.study(fault.make, True, lambda sentence: None))
 
 
 @cache

@@ -11,7 +11,7 @@ from benchmarks.checks.bounds import HOLDS, NOT_RUN, VERDICTS, AtMost
 from benchmarks.checks.claim import Claim, Row, checked_row
 from benchmarks.checks.faults import Fault
 from benchmarks.claims import AGREEMENTS, CLAIMS
-from benchmarks.store.frames import COLUMNS
+from benchmarks.store.tables import COLUMNS
 from tests.suite.benchmarks.planted_tables import contradicted
 from tests.suite.benchmarks.quick_studies import quick
 
@@ -71,10 +71,10 @@ def test_a_row_has_its_numbers_and_a_verdict() -> None:
 def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
     table = quick(claim)
     assert tuple(table.columns) == tuple(COLUMNS)
-    rows = claim.judge(table)
+    rows = claim.check(table)
     different = [row for row in rows if row.verdict != row.expected]
     assert different == []
-    assert rows == claim.judge(table.sample(frac=1.0, random_state=1)), "judge depends on the order"
+    assert rows == claim.check(table.sample(frac=1.0, random_state=1)), "judge depends on the order"
     for row in rows:
         assert row.id == claim.id
         assert row.expected in VERDICTS
@@ -86,7 +86,7 @@ def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
 
 @pytest.mark.parametrize("claim", (*CLAIMS, *AGREEMENTS), ids=lambda claim: claim.id)
 def test_nothing_measured_is_never_a_success_and_rows_are_told_apart(claim: Claim) -> None:
-    rows = claim.judge(pd.DataFrame())
+    rows = claim.check(pd.DataFrame())
     assert rows and all(row.verdict == NOT_RUN for row in rows)
     assert len({row.quantity for row in rows}) == len(rows)
 
@@ -121,7 +121,7 @@ def test_a_planted_fault_is_caught(claim: Claim, fault: Fault) -> None:
 def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:
     if claim not in AGREEMENTS:
         return set()
-    return {row.quantity for row in claim.judge(quick(claim)) if row.absent}
+    return {row.quantity for row in claim.check(quick(claim)) if row.absent}
 
 
 def test_every_claim_declares_a_fault_and_tells_them_apart() -> None:

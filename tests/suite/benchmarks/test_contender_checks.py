@@ -24,7 +24,7 @@ from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError, metadata
 from benchmarks.applications.external.reversed_runs import REVERSED
 from benchmarks.applications.external.worker import memory_growth
-from benchmarks.store.frames import frame
+from benchmarks.store.tables import table_of
 from references.scipy.ivp import DOP853, TIGHT
 from tests.suite.benchmarks.contenders_at_hand import (
     BROKEN,
@@ -208,7 +208,9 @@ def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
         contender = with_parts(Stepped(), strength=strength, conserves={}, order=None)
         check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, conserved=())
         external = Inside.of(contender)
-        rows = ClaimRows("A", external, (check,)).errors(check, frame(Runs(external).errors(check)))
+        rows = ClaimRows("A", external, (check,)).errors(
+            check, table_of(Runs(external).errors(check))
+        )
         assert [row.verdict for row in rows if "over the way" in row.quantity] == [verdict]
         assert not any("failed" in row.reason for row in rows)
 
@@ -566,7 +568,7 @@ def turned_back(contender: Any, *check_problems: Any) -> list[Any]:
     rows = []
     for problem in check_problems:
         if external.supports(problem.problem):
-            rows += judge.reversed(problem, frame(Runs(external).reversed(problem)))
+            rows += judge.reversed(problem, table_of(Runs(external).reversed(problem)))
     return rows
 
 
@@ -644,7 +646,7 @@ def test_what_only_starts_at_time_zero_is_run_back_unless_time_matters():
     (row,) = turned_back(from_zero(Gauss), driven)
     assert row.verdict == row.expected == "not run" and "t = 5" in row.reason
     external = Inside.of(from_zero(Gauss))
-    rows = frame(Runs(external).restarted(driven))
+    rows = table_of(Runs(external).restarted(driven))
     (row,) = ClaimRows("A", external, (driven,)).restarted(driven, rows)
     assert row.verdict == row.expected == "not run" and row.reason.startswith("It does not support")
 
@@ -669,7 +671,9 @@ def growth(contender):
     """The row on the memory that a contender's runs keep."""
     external = Inside.of(contender)
     external.watched = True
-    (row,) = ClaimRows("A", external, (ORBIT,)).memory(ORBIT, frame(Runs(external).memory(ORBIT)))
+    (row,) = ClaimRows("A", external, (ORBIT,)).memory(
+        ORBIT, table_of(Runs(external).memory(ORBIT))
+    )
     return row
 
 

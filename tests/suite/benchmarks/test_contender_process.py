@@ -516,7 +516,7 @@ def test_a_result_that_depends_on_the_process_is_not_deterministic(
     external = ExternalIntegrator.open("trouble:Hashing", 60.0)
     try:
         (claim,) = contender_checks([external], CHECK_PROBLEMS[:1])
-        rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
+        rows = claim.check(claim.study(galvi.Galerkin, True, lambda sentence: None))
     finally:
         external.close()
     measured = {row.quantity.partition(",")[0]: row.measured for row in rows}

@@ -68,7 +68,7 @@ def claim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def judged(claim: Claim) -> list[Any]:
-    return claim.judge(claim.study(galvi.Galerkin, True, print))
+    return claim.check(claim.study(galvi.Galerkin, True, print))
 
 
 def test_a_line_is_repeated_for_its_lists_and_has_the_defaults(claim: Any) -> None:
@@ -86,7 +86,7 @@ def test_a_line_is_repeated_for_its_lists_and_has_the_defaults(claim: Any) -> No
     assert {row.source for row in rows} == {"H 1.1"} and parsed.statement.endswith("at length.")
     assert [row.verdict for row in rows] == [HOLDS] * 6 + [CONTRADICTED]
     assert rows[-1].expected == CONTRADICTED
-    assert {row.verdict for row in parsed.judge(pd.DataFrame())} == {NOT_RUN}
+    assert {row.verdict for row in parsed.check(pd.DataFrame())} == {NOT_RUN}
 
 
 def test_a_table_may_have_defaults_of_its_own_and_a_mark_repeats_the_cell_above(claim: Any) -> None:
@@ -188,7 +188,7 @@ def test_why_there_is_no_number_is_kept(claim: Any) -> None:
     parsed = claim(LINE, {"one": "The run stopped."})
     table = parsed.study(galvi.Galerkin, True, print)
     assert list(table["status"]) == ["The run stopped."]
-    assert {row.verdict for row in parsed.judge(table)} == {NOT_RUN}
+    assert {row.verdict for row in parsed.check(table)} == {NOT_RUN}
     absent = Number(reference="a code", absent="engine", why="No module named 'engine'.")
     (row,) = judged(claim(LINE, {"one": absent}))
     assert (row.expected, row.absent, row.reason) == (NOT_RUN, "engine", absent.why)

@@ -65,7 +65,7 @@ def slowest(start: str) -> float:
 
 
 def test_the_brownout_particles_starts_are_what_their_words_say() -> None:
-    setup = {row.quantity: row.setup for row in CLAIM["V23"].judge(DataFrame())}
+    setup = {row.quantity: row.setup for row in CLAIM["V23"].check(DataFrame())}
     assert slowest(AWAY) > 3.0 and "|w| > 3 m/s" in setup[f"order, N = 1, {AWAY}"]  # 3.16
     assert slowest(ACROSS) < 0.1  # 0.015
 
@@ -142,7 +142,7 @@ def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
     assert np.nanmax(run.places[:, :, 2]) < v25.thrown()
     table = quick(CLAIM["V25"])
     table.loc[table["quantity"] == v25.HIGHEST, "value"] = np.nanmax(run.places[:, :, 2])
-    verdicts = {row.quantity: row.verdict for row in CLAIM["V25"].judge(table)}
+    verdicts = {row.quantity: row.verdict for row in CLAIM["V25"].check(table)}
     assert verdicts[v25.HIGHEST] == CONTRADICTED
 
 
@@ -251,7 +251,7 @@ def test_momenta_at_a_base_that_stays_are_caught() -> None:
         return momenta
 
     quantities = contradicted(CLAIM["L13"], Fault(wrong={f"{l13.__name__}.discrete_momenta": held}))
-    of_curves = {row.quantity for row in CLAIM["L13"].judge(DataFrame()) if "L_d" in row.quantity}
+    of_curves = {row.quantity for row in CLAIM["L13"].check(DataFrame()) if "L_d" in row.quantity}
     assert quantities == of_curves and len(quantities) == 8
 
 

@@ -24,7 +24,7 @@ from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v2
 from benchmarks.claims.vector_spaces.kepler_orbit import fixed_number
 from benchmarks.measures.boundary_motion import CURVE, ENDS
 from benchmarks.measures.refinement import ENDS_AND_CURVE
-from benchmarks.store.frames import frame, row
+from benchmarks.store.tables import row, table_of
 from tests.suite.benchmarks.planted_tables import CLAIM
 from tests.suite.benchmarks.quick_studies import quick
 
@@ -39,7 +39,7 @@ RAMPS: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
-    return {line.quantity: line.verdict for line in claim.judge(table)}
+    return {line.quantity: line.verdict for line in claim.check(table)}
 
 
 def drifting(history: str, ramp: str, table: pd.DataFrame) -> None:
@@ -178,7 +178,7 @@ def test_the_printed_power_of_c_f_would_hold_if_it_were_so(
 ) -> None:
     """Curves of order n + 1/2 hold, and those of order n do not: no verdict is built in."""
     powers = {ENDS: lambda n: 2.0 * n - 1.0, CURVE: lambda n: n + excess}
-    table = frame(
+    table = table_of(
         row(study=v14.COERCIVE, quantity=quantity, n=n, step=h, value=h ** power(n))
         for n in v14.NS
         for quantity, power in powers.items()

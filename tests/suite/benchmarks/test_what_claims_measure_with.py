@@ -41,7 +41,7 @@ from benchmarks.claims.vector_spaces.kepler_orbit import SINGULARITY, problem
 from benchmarks.claims.vector_spaces.singular_approximation import closed_errors, quadrature_error
 from benchmarks.measures.independent_space import gauss_points
 from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, row
+from benchmarks.store.tables import row, table_of
 from benchmarks.test_problems.oscillators import NONLINEAR, SingularDrive
 from galvi.arrays import Array
 from references.closed_forms.kepler import KEPLER
@@ -76,7 +76,7 @@ def test_the_classical_runge_kutta_method_has_its_order() -> None:
     ],
 )
 def test_the_longest_accurate_step_is_found(errors: list[float], expected: float) -> None:
-    table = frame(
+    table = table_of(
         row(quantity=v33.ERROR, label="any", step=h, value=error)
         for h, error in zip((1.0, 0.5, 0.25, 0.125), errors, strict=True)
     )

@@ -6,7 +6,7 @@ import matplotlib.style
 import numpy as np
 
 from benchmarks.applications.brownout.step_errors import GRAINS, SAMPLING, STEP_ERROR, WORK
-from benchmarks.store.frames import frame, row
+from benchmarks.store.tables import row, table_of
 from reports.figures.picture import STYLE, draw_canvas
 from reports.figures.plots.convergence import convergence
 from reports.figures.plots.lines import (
@@ -30,7 +30,7 @@ def lay_out(figure, table):
 
 def table_for(figure):
     """A table with the rows that the figure's plot reads."""
-    return frame(ROWS[figure.draw](figure.options))
+    return table_of(ROWS[figure.draw](figure.options))
 
 
 def _clouds(options):

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.checks.claim import Claim, Row
-from benchmarks.store.frames import frame, row
+from benchmarks.store.tables import row, table_of
 from benchmarks.work_precision.dependable import dependable
 from reports.results.section import Section
 from reports.results.suite import Suite
@@ -44,7 +44,7 @@ def claim(id="V1", rows=(ROW,), raises=None):
         report("half way")
         if raises is not None:
             raise raises
-        return frame(series(study="n-refinement", quantity="one-step error"))
+        return table_of(series(study="n-refinement", quantity="one-step error"))
 
     return Claim(id, f"title of {id}", study, lambda table: [replace(r, id=id) for r in rows])
 

@@ -18,7 +18,7 @@ from matplotlib.text import Text
 from mpl_toolkits.mplot3d.art3d import Text3D
 
 from benchmarks.claims import CLAIMS
-from benchmarks.store.frames import frame
+from benchmarks.store.tables import table_of
 from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.problem import POSITION
 from benchmarks.work_precision.problems import work_precision_problems
@@ -54,7 +54,7 @@ NAMES = [figure.name for figure in FIGURES]
 @pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
 def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, drawn_frames):
     failed = drawn_frames[figure.name].assign(value=np.nan, x=np.nan, y=np.nan)
-    for table in (failed, frame([])):
+    for table in (failed, table_of([])):
         with pytest.raises(NoData):
             lay_out(figure, table)
 
@@ -79,7 +79,7 @@ def test_every_figure_of_the_claims_is_drawn_once_at_least():
 )
 def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_frames):
     table = drawn_frames[figure.name]
-    verdicts_of = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
+    verdicts_of = next(claim.check for claim in CLAIMS if claim.id == figure.claims[0])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the frame has the figure's rows alone
         stated = [row.measured for row in verdicts_of(table) if row.measured is not None]

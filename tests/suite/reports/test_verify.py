@@ -142,7 +142,7 @@ def test_checks_that_failed_last_time_are_repeated_alone(ask):
 @pytest.mark.parametrize("options", ["-k V2", "--last-failed"])
 def test_a_claim_whose_rows_only_a_measurement_shows_is_chosen_as_a_whole(ask, options):
     both = [replace(CONTRADICTED, id="V2", quantity=name) for name in ("one", "two")]
-    of_a_user = replace(claim("V2"), judge=lambda table: both if len(table) else table["id"])
+    of_a_user = replace(claim("V2"), check=lambda table: both if len(table) else table["id"])
     assert ask("verify", claim(), of_a_user).status == 1
     assert ask(f"verify {options}", claim(), of_a_user).status == 1
     assert [name for _, name in cases()] == ["one", "two"]

@@ -58,7 +58,7 @@ def failure(run: Any) -> str:
     return "" if run.success else run.status
 
 
-def frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+def table_of(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     """A table of the rows with exactly the COLUMNS, in their order and with their types."""
     table = pd.DataFrame(list(rows), columns=list(COLUMNS))
     return table.astype({name: kind for name, (_, kind) in COLUMNS.items()})
@@ -76,7 +76,7 @@ def pick(table: pd.DataFrame, **where: Any) -> pd.DataFrame:
 
 @cache
 def _empty() -> pd.DataFrame:
-    return frame([])
+    return table_of([])
 
 
 def series(table: pd.DataFrame, by: str, **where: Any) -> tuple[Array, Array]:
