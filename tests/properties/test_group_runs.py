@@ -28,14 +28,14 @@ from tests.properties.group_motions import (
     WINDOWS,
     collocation,
     each_chart,
-    error,
+    end_error,
+    free_body_end,
     hall,
+    measured_order,
+    pendulum_end,
     same,
     same_rows,
-    slope,
-    spoiled,
-    swung,
-    turned,
+    with_scaled_table,
 )
 
 KEPLER = galvi.problems.kepler(0.6)
@@ -47,11 +47,11 @@ BEYOND = "chart=galvi.Exponential(), which ends at 2 pi"
 def test_the_velocity_is_the_slope_of_the_curve(problem, chart):
     run = galvi.integrate(problem, collocation(6, chart), 0.2, 10)
     t, nudge = 0.2 * (np.arange(10) + np.linspace(0.15, 0.85, 10)), 0.2 * 2.0**-5
-    slope = sum(
+    measured_order = sum(
         weight / nudge * (run(t + k * nudge) - run(t - k * nudge))
         for k, weight in enumerate(WEIGHTS, start=1)
     )
-    body = np.linalg.solve(run(t), slope)
+    body = np.linalg.solve(run(t), measured_order)
     expected = MatrixGroup(problem.system.group).hat(run.velocity(t))
     assert np.allclose(body[:, :, :3], expected[:, :, :3], rtol=0.0, atol=1e-8)
     assert np.allclose(body[:, :, 3:], expected[:, :, 3:], rtol=0.0, atol=1e-7)
@@ -115,7 +115,7 @@ def test_a_step_that_leaves_the_chart_says_by_how_much_and_what_would_do(method)
         FREE, galvi.Galerkin(method.space, method.rule, EXPONENTIAL), 1.2, 5
     )
     truth = FREE_TOP.run(FREE, 6.0, {"samples": 1})
-    assert exponential.success and error(exponential, (truth.q[-1], truth.p[-1])) < 1e-2
+    assert exponential.success and end_error(exponential, (truth.q[-1], truth.p[-1])) < 1e-2
 
 
 def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
@@ -177,7 +177,7 @@ def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
     extra_points = (degree + CHARTS.index(chart)) % 2
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + extra_points), chart)
     assert method.order == 2 * degree
-    measured = slope(PENDULUM, swung(), method, *WINDOWS[degree])
+    measured = measured_order(PENDULUM, pendulum_end(), method, *WINDOWS[degree])
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured  # off by 0.4 at most, at 10
 
 
@@ -191,7 +191,7 @@ def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
     ],
 )
 def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):
-    measured = slope(FREE, turned(), collocation(degree, chart), *window)
+    measured = measured_order(FREE, free_body_end(), collocation(degree, chart), *window)
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
 
 
@@ -200,7 +200,7 @@ def test_halls_method_at_half_a_unit_reaches_1e_12():
     """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
     truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
     errors = {
-        n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
+        n: end_error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
         for n in (6, 8, 10, 12)
     }
     assert errors[12] < 1e-12  # 6e-14
@@ -208,11 +208,14 @@ def test_halls_method_at_half_a_unit_reaches_1e_12():
 
 
 def test_a_spoiled_table_is_caught_by_the_order():
-    good, bent = hall(4), spoiled(hall(4), integral=1.0 + 1e-6 * np.arange(16).reshape(4, 4))
-    assert slope(PENDULUM, swung(), good, *WINDOWS[3]) > 5.5
-    assert slope(PENDULUM, swung(), bent, *WINDOWS[3]) < 5.0
-    square = spoiled(collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3))
-    assert slope(PENDULUM, swung(), square, *WINDOWS[3]) < 5.0
+    good, bent = (
+        hall(4),
+        with_scaled_table(hall(4), integral=1.0 + 1e-6 * np.arange(16).reshape(4, 4)),
+    )
+    assert measured_order(PENDULUM, pendulum_end(), good, *WINDOWS[3]) > 5.5
+    assert measured_order(PENDULUM, pendulum_end(), bent, *WINDOWS[3]) < 5.0
+    square = with_scaled_table(collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3))
+    assert measured_order(PENDULUM, pendulum_end(), square, *WINDOWS[3]) < 5.0
 
 
 def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monkeypatch):
@@ -241,5 +244,5 @@ def test_a_wrong_torque_is_caught_by_the_truth_and_by_the_energy():
         problem = galvi.Problem(system, PENDULUM.q0, PENDULUM.v0)
         run = galvi.integrate(problem, collocation(8), 0.2, 20)
         unchanged = factor == 1.0
-        assert (error(run, swung()) < 1e-12) == unchanged
+        assert (end_error(run, pendulum_end()) < 1e-12) == unchanged
         assert (np.ptp(galvi.energy(run)) < 1e-11) == unchanged

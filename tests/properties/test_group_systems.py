@@ -8,7 +8,15 @@ from scipy.spatial.transform import Rotation
 import galvi
 from benchmarks.measures.matrix_group import MatrixGroup
 from tests.agreement.on_groups import bulging
-from tests.properties.group_bodies import FOUR, MOMENTS, R0, SO3, TWIST, bent, bent_slope
+from tests.properties.group_bodies import (
+    FOUR,
+    MOMENTS,
+    R0,
+    SO3,
+    TWIST,
+    nonlinear_gradient,
+    nonlinear_potential,
+)
 from tests.properties.group_matrices import element, title, vectors
 
 SO2, SE2 = galvi.SO2(), galvi.SE2()
@@ -26,8 +34,8 @@ def timed_slope(R, t):
 @pytest.mark.parametrize(
     ("potential", "gradient"),
     [
-        (bent, bent_slope),
-        (bent, None),
+        (nonlinear_potential, nonlinear_gradient),
+        (nonlinear_potential, None),
         (timed, timed_slope),
         (timed, None),
         (galvi.UniformGravity(2.0, (0.1, -0.3, 0.8), (1.0, 2.0, -9.0)), None),
