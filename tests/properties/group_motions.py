@@ -75,14 +75,14 @@ DURATION = 4.0
 
 @cache
 def pendulum_end():
-    """R and p of the pendulum at LENGTH."""
+    """R and p of the pendulum at DURATION, by DOP853."""
     exact = RIGID_DOP853.run(PENDULUM, DURATION, TIGHT)
     return exact.q[-1], exact.p[-1]
 
 
 @cache
 def free_body_end():
-    """R and p of the free body at LENGTH, by its closed form."""
+    """R and p of the free body at DURATION, by its closed form."""
     closed = FREE_TOP.run(FREE, DURATION, {"samples": 1})
     return closed.q[-1], closed.p[-1]
 
@@ -93,7 +93,7 @@ def end_error(run, truth):
 
 
 def measured_order(problem, truth, method, lowest, highest):
-    """Least-squares slope of the end-point error over the step."""
+    """The order: the least-squares slope of the error at the end over the step."""
     counts = np.unique(np.geomspace(lowest, highest, 6).round().astype(int))
     errors = []
     for steps in counts.tolist():
@@ -103,7 +103,8 @@ def measured_order(problem, truth, method, lowest, highest):
     return np.polyfit(np.log(DURATION / counts), np.log(errors), 1)[0]
 
 
-# Steps in LENGTH between which errors are asymptotic and far above rounding.
+# Degree -> smallest and largest number of steps in DURATION: errors there are asymptotic and far
+# above rounding.
 WINDOWS = {2: (32, 128), 3: (24, 64), 4: (17, 32), 5: (12, 18)}
 
 

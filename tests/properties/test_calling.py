@@ -96,7 +96,7 @@ def test_what_is_not_jitted_or_returns_something_else_is_refused():
 
     with pytest.raises(TypeError, match="received <function"):
         addresses((plain, VECTOR(VECTOR)))
-    with pytest.raises(TypeError, match="turned must return array"):
+    with pytest.raises(TypeError, match="rotated must return array"):
         addresses((rotated, MATRIX(VECTOR, REAL)))
 
 

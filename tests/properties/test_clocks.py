@@ -251,8 +251,8 @@ def right_side_in_clock(problem: galvi.Problem, e0: float) -> Any:
     return right_side
 
 
-def lane_motion(problem: galvi.Problem, s: int, energy: float | None = None) -> Motion:
-    motion = motion_in_lanes(problem, method(s, DYNAMICAL), energy)
+def lane_motion(problem: galvi.Problem, s: int, start_energy: float | None = None) -> Motion:
+    motion = motion_in_lanes(problem, method(s, DYNAMICAL), start_energy)
     assert isinstance(motion, Motion)
     return motion
 

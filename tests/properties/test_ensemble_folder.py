@@ -44,11 +44,11 @@ def traced():
     )
 
 
-def ensemble(folder_in_place=None, members=40, steps=3, **options):
+def ensemble(folder=None, members=40, steps=3, **options):
     problem = traced()
     v = problem.v0 * np.linspace(0.5, 1.5, members)[:, None]
     return galvi.integrate_ensemble(
-        problem, problem.q0, v, FOUR, 0.1, steps, folder=folder_in_place, **options
+        problem, problem.q0, v, FOUR, 0.1, steps, folder=folder, **options
     )
 
 
@@ -166,7 +166,7 @@ def test_what_a_function_holds_is_told_apart_beside_its_version(make, tmp_path):
 
 def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
     first = np.array(ensemble(tmp_path)[0])
-    monkeypatch.setitem(globals(), "K", 3.0)
+    monkeypatch.setitem(globals(), "STIFFNESS", 3.0)
     assert np.array_equal(ensemble(tmp_path)[0], ensemble()[0])
     assert not np.array_equal(ensemble(tmp_path)[0], first)
 
@@ -408,7 +408,7 @@ import os, signal, sys
 import numpy as np
 from tests.properties import test_ensemble_folder as tests
 
-tests.small(__import__("pytest").MonkeyPatch(), 16)
+tests.set_chunk_size(__import__("pytest").MonkeyPatch(), 16)
 folder, mid_write = sys.argv[1], int(sys.argv[2])
 write, count = np.savez, 0
 

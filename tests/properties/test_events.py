@@ -188,7 +188,7 @@ def test_states_at_many_times_are_those_at_each() -> None:
 
 
 def planets(ratio: float, n: int = 4, e: float = 0.0, mass: float = 1e-5) -> galvi.Problem:
-    """A star and n planets at apocentre, each with ``ratio`` times the semi-major axis of the last."""
+    """A star and n planets at apocentre, whose semi-major axes grow by factors of ``ratio``."""
     a, phase = ratio ** np.arange(n), 2.4 * np.arange(n)
     q, v = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     radial_directions = np.stack([np.cos(phase), np.sin(phase), 0.01 * np.cos(3.0 * phase)], axis=1)

@@ -164,8 +164,8 @@ def test_a_run_in_a_frame_can_be_saved_and_continued_to_the_bit(case: str, tmp_p
 def test_more_passes_than_needed_change_nothing_and_fewer_do(case: str) -> None:
     problem, frame, h = CASES[case]
     few, needed, many = (
-        galvi.integrate(problem, method(replace(frame, passes=passes), 6), h, 20)
-        for passes in (2, None, 30)
+        galvi.integrate(problem, method(replace(frame, passes=count), 6), h, 20)
+        for count in (2, None, 30)
     )
     assert distance(needed, many) < 1e-13 and distance(few, many) > 1e-12
     assert few.counts["iterations"] <= 2 * 20 < needed.counts["iterations"]
