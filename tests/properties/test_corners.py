@@ -177,7 +177,7 @@ def test_a_momentum_that_overflows_is_a_status():
     start = galvi.problems.free_rigid_body()
     fast = start.with_initial_state(start.q0, np.full(start.v0.shape, 1e308))
     run = galvi.integrate(fast, EIGHT, 0.1, 1)
-    assert not run.success and "velocities above 1e100 overflow" in run.status
+    assert not run.success and "not a finite number of radians, or above 1e100" in run.status
 
 
 @pytest.mark.parametrize("name", ["kepler", "outer_solar_system", "free_rigid_body", "heavy_top"])
