@@ -11,7 +11,14 @@ import galvi
 from tests.agreement.row import Row, in_short_steps
 from tests.properties.celestial_cases import CASES, WITH_ENERGY, bodies, eccentric
 from tests.properties.clock_problems import CASES as CLOCKS
-from tests.properties.clock_problems import CIRCLES, DAMPED, DRIVEN, DYNAMICAL, along, called
+from tests.properties.clock_problems import (
+    DAMPED,
+    DRIVEN,
+    DYNAMICAL,
+    SUNDMAN,
+    traced_clock,
+    untraced_clock,
+)
 from tests.properties.test_frames import CASES as FRAMES
 from tests.properties.test_kepler_frame import MOON, TREE
 
@@ -121,7 +128,7 @@ IN_CLOCKS: dict[str, Row] = {
         )
         for name, force in FORCES_BESIDE_GRAVITY.items()
     },
-    "clock: damped": in_clock(partial(in_plane_orbit, DAMPED), 0.2, CIRCLES),
+    "clock: damped": in_clock(partial(in_plane_orbit, DAMPED), 0.2, SUNDMAN),
     **{
         f"clock: {name}": in_clock(partial(bodies, CASES[name]), 0.3, DYNAMICAL, 4, slow=True)
         for name in ("one source", "drag")
@@ -146,9 +153,9 @@ IN_TIME: dict[str, Row] = {
         )
         for name, (problem, clock, duration, _) in CLOCKS.items()
     },
-    "time: damped": to_time(partial(in_plane_orbit, DAMPED), 0.1, CIRCLES, 1.5),
+    "time: damped": to_time(partial(in_plane_orbit, DAMPED), 0.1, SUNDMAN, 1.5),
     "time: driven": to_time(
-        partial(in_plane_orbit, DRIVEN), 0.1, CIRCLES, 1.5, gap_bound=1000.0, slow=True
+        partial(in_plane_orbit, DRIVEN), 0.1, SUNDMAN, 1.5, gap_bound=1000.0, slow=True
     ),
     **{
         f"time: {name}": to_time(
@@ -161,9 +168,9 @@ IN_TIME: dict[str, Row] = {
         for name in CASES
         if name not in ("potential", "power laws", "radiation", "tides")
     },
-    "time: free body": to_time(galvi.problems.free_body_se3, 0.1, galvi.Clock(along), 2.0),
+    "time: free body": to_time(galvi.problems.free_body_se3, 0.1, galvi.Clock(traced_clock), 2.0),
     "time: free body, called": to_time(
-        galvi.problems.free_body_se3, 0.1, galvi.Clock(called), 2.0, newton=True, slow=True
+        galvi.problems.free_body_se3, 0.1, galvi.Clock(untraced_clock), 2.0, newton=True, slow=True
     ),
 }
 ROWS = {**IN_FRAMES, **IN_CLOCKS, **IN_TIME}

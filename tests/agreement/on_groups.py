@@ -12,7 +12,7 @@ from numba import njit
 import galvi
 from tests.agreement.row import Row
 from tests.properties.ensemble_cases import in_plane
-from tests.properties.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
+from tests.properties.group_bodies import MOMENTS, R0, SPIN, nonlinear_gradient, nonlinear_potential
 from tests.properties.group_lagrangians import GROUPS, swelling
 from tests.properties.group_matrices import element
 from tests.properties.group_motions import COUPLED, FLYING, FREE, PENDULUM
@@ -61,8 +61,12 @@ def lagrangian_on(group: Any, **force: Any) -> tuple[Any, Any, Any]:
 
 
 BODIES_OF_FUNCTIONS: dict[str, tuple[Any, Any, Any]] = {  # system, q0, v0
-    "a potential": (galvi.RigidBody(MOMENTS, bent), R0, SPIN),
-    "a compiled gradient": (galvi.RigidBody(MOMENTS, njit(bent), njit(bent_slope)), R0, SPIN),
+    "a potential": (galvi.RigidBody(MOMENTS, nonlinear_potential), R0, SPIN),
+    "a compiled gradient": (
+        galvi.RigidBody(MOMENTS, njit(nonlinear_potential), njit(nonlinear_gradient)),
+        R0,
+        SPIN,
+    ),
     "a driven top with drag": (
         galvi.RigidBody(MOMENTS, waving, force=drag, explicit_time=True),
         R0,

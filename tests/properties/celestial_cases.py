@@ -14,7 +14,7 @@ V = np.array([[0.0, 0.0, 0.0], [0.1, 0.95, 0.1], [-0.65, -0.1, 0.05]])
 
 @numba.njit
 def towards_the_plane(q):
-    """A spring of the second body."""
+    """A spring that pulls the second body towards the plane x = 0."""
     force = np.zeros_like(q)
     force[1, 0] = -1e-4 * q[1, 0]
     return force
@@ -22,7 +22,7 @@ def towards_the_plane(q):
 
 @numba.njit
 def stronger_with_time(q, v, t):
-    """Drag of the second body."""
+    """Drag of the second body, which grows with the time."""
     force = np.zeros_like(q)
     force[1] = -1e-5 * v[1] * (1.0 + t)
     return force
@@ -54,9 +54,11 @@ OF_VELOCITY = {
     ),
     "Python": (galvi.Force(drag_in_python, True), galvi.Drag([0, 0.001, 0.002])),
 }
-OTHERS = {"a function": (galvi.Force(towards_the_plane), galvi.Oblateness(0, 1e-3, 0.3))}
-CASES = {**WITH_ENERGY, **OF_VELOCITY, **OTHERS}
-PAIRS = [
+FUNCTION_OF_POSITION = {
+    "a function": (galvi.Force(towards_the_plane), galvi.Oblateness(0, 1e-3, 0.3))
+}
+CASES = {**WITH_ENERGY, **OF_VELOCITY, **FUNCTION_OF_POSITION}
+FORCE_PAIRS = [  # cases whose forces keep the total momentum, up to rounding
     name
     for name in CASES
     if name
@@ -72,7 +74,7 @@ PAIRS = [
 
 
 def bodies(forces, masses=MASSES, plane: bool = False) -> galvi.Problem:
-    """Three bodies whose momentum is 0, with forces."""
+    """Three bodies with ``forces`` and a total momentum of 0, in the plane if ``plane``."""
     system = galvi.NBody(masses, forces=forces)
     v = V - system.masses @ V / np.sum(system.masses)
     size = 2 if plane else 3
@@ -82,8 +84,11 @@ def bodies(forces, masses=MASSES, plane: bool = False) -> galvi.Problem:
 def eccentric(force):
     """Two bodies on an orbit of e = 0.6, a = 1, from its pericentre."""
     masses = np.array([1.0, 1e-3])
-    share = np.array([[-1e-3], [1.0]]) / 1.001
+    # The positions and velocities of both, as fractions of the relative ones.
+    fractions = np.array([[-1e-3], [1.0]]) / 1.001
     speed = np.sqrt(1.001 * 1.6 / 0.4)
     return galvi.Problem(
-        galvi.NBody(masses, forces=force), share * [[0.4, 0.0, 0.0]], share * [[0.0, speed, 0.0]]
+        galvi.NBody(masses, forces=force),
+        fractions * [[0.4, 0.0, 0.0]],
+        fractions * [[0.0, speed, 0.0]],
     )

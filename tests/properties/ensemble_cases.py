@@ -1,4 +1,4 @@
-"""Problems with a law for lanes of members, and starts near their own."""
+"""Problems whose laws have vector code, and starts for the members of their ensembles."""
 
 import numpy as np
 import sympy
@@ -9,7 +9,7 @@ from tests.properties.group_matrices import element
 
 
 def swinging(stiffness=40.0, damping=0.1):
-    """An elastic pendulum from SymPy, with a drag force and the time."""
+    """An elastic pendulum from SymPy with a drag force, whose L depends on the time."""
     r, a, vr, va, m, k, c, t = sympy.symbols("r a vr va m k c t", real=True)
     L = m * (vr**2 + (r * va) ** 2) / 2 + m * 9.81 * r * sympy.cos(a) - k * (r - 1) ** 2 / 2
     L = L * (1 + sympy.sin(t) / 10)
@@ -29,7 +29,7 @@ def three_bodies():
 
 
 def in_plane(group, well=1.0):
-    """A body on a group of motions of the plane, or a product with one, in a soft well, or none."""
+    """A body on ``group`` under a constant force, in a quadratic well of strength ``well``."""
     d, r = group.dimension, int(np.prod(group.shape))
     masses, direction = 1.0 + 0.3 * np.arange(d), 0.4 * np.cos(np.arange(r))
 
@@ -41,7 +41,7 @@ def in_plane(group, well=1.0):
     return galvi.Problem(system, element(group, np.full(d, 0.3)), 0.5 - 0.2 * np.arange(d))
 
 
-# problem, a step at which iterations converge
+# Name -> problem, and a step at which the iterations converge.
 CASES = {
     "kepler": (galvi.problems.kepler(0.3), 0.2),
     "henon_heiles": (galvi.problems.henon_heiles(), 0.2),
@@ -59,17 +59,22 @@ CASES = {
 
 
 def starts(problem, members, size=1e-2, seed=7):
-    """Configurations and velocities near the problem's."""
+    """Configurations and velocities of members near the problem's start.
+
+    On groups other than R^n, SO(3) and SE(3) the configurations are near the unit instead.
+    """
     random = np.random.default_rng(seed)
     q, v = problem.q0, problem.v0
     velocities = v + size * random.standard_normal((members, *v.shape))
     if isinstance(getattr(problem.system, "group", galvi.Rn(1)), galvi.Rn):
         return q + size * random.standard_normal((members, *q.shape)), velocities
-    turned = np.stack([q] * members)
+    configurations = np.stack([q] * members)
     group = problem.system.group
     if not isinstance(group, galvi.SO3 | galvi.SE3):
-        places = size * random.standard_normal((members, group.dimension))
-        return np.stack([element(group, coordinates) for coordinates in places]), velocities
-    turns = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
-    turned[:, :3, :3] = q[:3, :3] @ turns
-    return turned, velocities
+        coordinates_of_members = size * random.standard_normal((members, group.dimension))
+        return np.stack(
+            [element(group, coordinates) for coordinates in coordinates_of_members]
+        ), velocities
+    rotations = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
+    configurations[:, :3, :3] = q[:3, :3] @ rotations
+    return configurations, velocities

@@ -15,12 +15,12 @@ WIND = np.array([0.4, -0.2])
 
 
 def drag(q, v):
-    """Quadratic, in still air."""
+    """Quadratic drag in still air."""
     return -0.2 * np.sqrt(np.sum(v * v)) * v
 
 
-def windy(q, v, t):
-    """Quadratic, in a wind that turns."""
+def windy_drag(q, v, t):
+    """Quadratic drag in a wind along one line, in proportion to cos t."""
     relative = v - WIND * np.cos(t)
     return -0.2 * np.sqrt(np.sum(relative * relative)) * relative
 
@@ -29,11 +29,11 @@ def spring_gradient(q):
     return 1.5 * q
 
 
-def moving_gradient(q, t):
+def timed_gradient(q, t):
     return (1.5 + 0.5 * np.sin(t)) * q
 
 
-def moving_potential(q, t):
+def timed_potential(q, t):
     return 0.5 * (1.5 + 0.5 * np.sin(t)) * (q @ q)
 
 
@@ -46,23 +46,24 @@ def lagrangian_slopes(q, v):
 
 
 compiled = functools.cache(numba.njit)
+# Name -> system, and whether its potential and its force depend on the time.
 SYSTEMS = {
     "a potential known to galvi": (galvi.Canonical(MASS, SPRING, force=compiled(drag)), 0, 0),
     "a compiled gradient": (
         galvi.Canonical(
-            MASS, lambda q: 0.75 * q @ q, compiled(spring_gradient), force=compiled(windy),
+            MASS, lambda q: 0.75 * q @ q, compiled(spring_gradient), force=compiled(windy_drag),
             timed_force=True,
         ), 0, 1,
     ),
     "a timed potential": (
         galvi.Canonical(
-            MASS, moving_potential, compiled(moving_gradient), force=compiled(drag),
+            MASS, timed_potential, compiled(timed_gradient), force=compiled(drag),
             explicit_time=True,
         ), 1, 0,
     ),
     "functions of Python": (
         galvi.Canonical(
-            MASS, moving_potential, moving_gradient, force=windy, explicit_time=True,
+            MASS, timed_potential, timed_gradient, force=windy_drag, explicit_time=True,
             timed_force=True,
         ), 1, 1,
     ),
@@ -71,11 +72,12 @@ SYSTEMS = {
     ),
     "a Lagrangian": (
         galvi.Lagrangian(
-            lagrangian, galvi.Rn(2), compiled(lagrangian_slopes), compiled(windy), timed_force=True
+            lagrangian, galvi.Rn(2), compiled(lagrangian_slopes), compiled(windy_drag),
+            timed_force=True,
         ), 0, 1,
     ),
 }  # fmt: skip
 
 
-def no_gradient(q):
+def zero_gradient(q):
     return 0.0 * q

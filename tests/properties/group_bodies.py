@@ -1,4 +1,4 @@
-"""Bodies on SO(3) in a potential that is not linear in R, for the tests of systems on groups."""
+"""A potential on SO(3) that is not linear in R, and starts, for the tests of systems on groups."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,12 +11,12 @@ R0 = Rotation.from_rotvec([0.4, -0.9, 1.3]).as_matrix()
 TWIST = np.array([[0.3, -1.0, 0.2], [0.7, 0.1, 0.4], [-0.5, 0.6, 0.9]])
 
 
-def bent(R):
+def nonlinear_potential(R):
     """A potential that is not linear in R."""
     return np.sum(TWIST * R) ** 2 + 0.5 * np.sum(TWIST.T * R)
 
 
-def bent_slope(R):
+def nonlinear_gradient(R):
     return 2.0 * np.sum(TWIST * R) * TWIST + 0.5 * TWIST.T
 
 

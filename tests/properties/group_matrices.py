@@ -1,4 +1,4 @@
-"""Elements of groups by scipy's rotations, and strategies of velocities (d,)."""
+"""Elements of groups by scipy's rotations, and strategies for their coordinates (d,)."""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -12,7 +12,7 @@ def cross_matrix(w):
 
 
 def element(group, v):
-    """An element for each v (d,), by scipy's rotations."""
+    """The element with the coordinates v, (d,): angles of rotation, by scipy, then translations."""
     if isinstance(group, galvi.Product):
         ends = np.cumsum([factor.dimension for factor in group.factors])[:-1]
         pieces = zip(group.factors, np.split(np.asarray(v), ends), strict=True)
@@ -34,11 +34,11 @@ def element(group, v):
 
 
 def vectors(group, largest=3.0):
-    """A strategy for v (d,)."""
+    """A strategy for vectors (d,) whose entries are at most ``largest`` in size."""
     component = st.floats(-largest, largest)
     return st.lists(component, min_size=group.dimension, max_size=group.dimension).map(np.array)
 
 
 def title(value):
-    """A name for a test's parameter."""
+    """The id of a test's parameter: the problem's name, or the class."""
     return value.name if isinstance(value, galvi.Problem) else type(value).__name__

@@ -1,4 +1,4 @@
-"""Motions on groups, their methods and their truths, for the tests of runs."""
+"""Problems on groups, methods, and reference states at DURATION, for the tests of runs."""
 
 from dataclasses import replace
 from functools import cache
@@ -70,40 +70,41 @@ def same(left, right):
     return np.array_equal(left.q, right.q) and np.array_equal(left.p, right.p)
 
 
-LENGTH = 4.0
+DURATION = 4.0
 
 
 @cache
-def swung():
-    """R and p of the pendulum at LENGTH."""
-    exact = RIGID_DOP853.run(PENDULUM, LENGTH, TIGHT)
+def pendulum_end():
+    """R and p of the pendulum at DURATION, by DOP853."""
+    exact = RIGID_DOP853.run(PENDULUM, DURATION, TIGHT)
     return exact.q[-1], exact.p[-1]
 
 
 @cache
-def turned():
-    """R and p of the free body at LENGTH, by its closed form."""
-    closed = FREE_TOP.run(FREE, LENGTH, {"samples": 1})
+def free_body_end():
+    """R and p of the free body at DURATION, by its closed form."""
+    closed = FREE_TOP.run(FREE, DURATION, {"samples": 1})
     return closed.q[-1], closed.p[-1]
 
 
-def error(run, truth):
+def end_error(run, truth):
     R, p = truth
     return max(np.abs(run.q[-1] - R).max(), np.abs(run.p[-1] - p).max() / np.abs(p).max())
 
 
-def slope(problem, truth, method, lowest, highest):
-    """Least-squares slope of the end-point error over the step."""
+def measured_order(problem, truth, method, lowest, highest):
+    """The order: the least-squares slope of the error at the end over the step."""
     counts = np.unique(np.geomspace(lowest, highest, 6).round().astype(int))
     errors = []
     for steps in counts.tolist():
-        run = galvi.integrate(problem, method, LENGTH / steps, steps, save_every=steps)
+        run = galvi.integrate(problem, method, DURATION / steps, steps, save_every=steps)
         assert run.success, run.status
-        errors.append(error(run, truth))
-    return np.polyfit(np.log(LENGTH / counts), np.log(errors), 1)[0]
+        errors.append(end_error(run, truth))
+    return np.polyfit(np.log(DURATION / counts), np.log(errors), 1)[0]
 
 
-# Steps in LENGTH between which errors are asymptotic and far above rounding.
+# Degree -> smallest and largest number of steps in DURATION: errors there are asymptotic and far
+# above rounding.
 WINDOWS = {2: (32, 128), 3: (24, 64), 4: (17, 32), 5: (12, 18)}
 
 
@@ -111,11 +112,11 @@ def same_rows(thin, full, rows):
     return np.array_equal(thin.q, full.q[rows]) and np.array_equal(thin.p, full.p[rows])
 
 
-def spoiled(method, **changes):
-    """The same method with some arrays of its table multiplied."""
-    # another name for the rule makes another key for what is kept of tables
+def with_scaled_table(method, **changes):
+    """The method with arrays of its table multiplied by the factors in ``changes``."""
+    # Tables are cached by rule, and a rule of another name gets a table of its own.
     rule = replace(method.rule, name=f"{method.rule.name} {changes}")
-    wrong = galvi.Galerkin(method.space, rule, method.chart)
-    arrays = {name: getattr(wrong.table, name) * factor for name, factor in changes.items()}
-    vars(wrong)["table"] = replace(wrong.table, **arrays)
-    return wrong
+    scaled = galvi.Galerkin(method.space, rule, method.chart)
+    arrays = {name: getattr(scaled.table, name) * factor for name, factor in changes.items()}
+    vars(scaled)["table"] = replace(scaled.table, **arrays)
+    return scaled

@@ -9,17 +9,17 @@ MOMENTS = np.array([1.0, 1.5, 2.0])
 
 
 def opaque(function):
-    """The same function of q, v and perhaps t, which cannot be traced."""
+    """The function of q, v and perhaps t behind a call of `float`, which cannot be traced."""
 
-    def same(*qvt):
+    def untraceable(*qvt):
         float(np.ravel(qvt[0])[0])
         return function(*qvt)
 
-    return same
+    return untraceable
 
 
 def swinging(l):
-    """A pendulum in lengths of l, at rest length l."""
+    """A pendulum whose coordinate is l times its angle, from an angle of 1."""
     L = opaque(lambda q, v: 0.5 * v @ v / l**2 + np.cos(q[0] / l))
     system = galvi.Lagrangian(L, galvi.Rn(1))
     return galvi.Problem(system, [l], [0.3 * l])

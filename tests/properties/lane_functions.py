@@ -16,10 +16,13 @@ from galvi.lanes.vectors import LANES, Lanes
 
 @cache
 def compiled(function: Any, arity: int, returned: int, width: int = LANES) -> Any:
-    """(given, P) -> (returned, P): the function of ``width`` lanes on the columns of an array."""
+    """The function of ``width`` lanes, applied to ``arity`` arrays (P,).
+
+    The function that is returned gives (P,), or (``returned``, P) for more than one value.
+    """
 
     @intrinsic
-    def some(typingctx, arguments, returned_columns, padded, chunk):  # type: ignore[no-untyped-def]
+    def apply_to_chunk(typingctx, arguments, returned_columns, padded, chunk):  # type: ignore[no-untyped-def]
         integer = types.intp
         signature = types.void(arguments, returned_columns, integer, integer)
 
@@ -39,7 +42,7 @@ def compiled(function: Any, arity: int, returned: int, width: int = LANES) -> An
     def columns(arguments, returned_columns):  # type: ignore[no-untyped-def]
         padded = arguments.shape[1]
         for chunk in range(padded // width):
-            some(arguments, returned_columns, padded, chunk)
+            apply_to_chunk(arguments, returned_columns, padded, chunk)
 
     def apply(*arguments: Any) -> Any:
         count = len(arguments[0])

@@ -1,4 +1,4 @@
-"""Spaces of a user: Bernstein polynomials, with a promise of each broken on demand, and others."""
+"""Spaces of a user: Bernstein polynomials that break a promise on demand, and others."""
 
 from dataclasses import dataclass
 from math import comb
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Bernstein:
-    """Bernstein polynomials, the first replaced by the constant; each test breaks one promise."""
+    """Bernstein polynomials, the first replaced by 1; ``broken`` names the promise that fails."""
 
     degree: Any = 3
     dimension: Any = 4
@@ -43,7 +43,7 @@ class Bernstein:
 
 @dataclass(frozen=True)
 class Even(Bernstein):
-    """Even powers, which promise a degree that they do not reach."""
+    """Even powers of t, which promise degree 3 and do not contain t."""
 
     def basis(self, t):
         return np.stack([t ** (2 * i) for i in range(4)], axis=-1)
@@ -52,7 +52,7 @@ class Even(Bernstein):
         return np.stack([2 * i * t ** max(2 * i - 1, 0) for i in range(4)], axis=-1)
 
 
-class Nameless:
+class WithoutDegree:
     """A space without its degree."""
 
     dimension, exact = 4, False
@@ -60,7 +60,7 @@ class Nameless:
 
 
 @dataclass
-class Changeable:
+class Unhashable:
     """A space without a hash."""
 
     degree: int = 3
@@ -81,8 +81,8 @@ class Sines:
         return np.stack([np.ones_like(t), np.sin(2 * np.pi * t), np.cos(2 * np.pi * t)], axis=-1)
 
     def derivative(self, t):
-        turn = 2 * np.pi * t
-        return 2 * np.pi * np.stack([0 * t, np.cos(turn), -np.sin(turn)], axis=-1)
+        angle = 2 * np.pi * t
+        return 2 * np.pi * np.stack([0 * t, np.cos(angle), -np.sin(angle)], axis=-1)
 
 
 @dataclass(frozen=True)

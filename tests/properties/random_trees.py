@@ -10,22 +10,22 @@ def text(numbers):
     return " ".join(repr(float(x)) for x in np.ravel(numbers))
 
 
-def _joint(kind, random, springs, damping, heavy):
-    size, settings = random.normal, ""
-    if heavy or random.random() < 0.5:
+def _joint(joint_type, random, springs, damping, armature_needed):
+    normal, settings = random.normal, ""
+    if armature_needed or random.random() < 0.5:
         settings += f' armature="{random.uniform(0.05, 0.5)}"'
     if springs and random.random() < 0.5:
         settings += f' stiffness="{random.uniform(0.1, 4.0)}"'
     if damping and random.random() < 0.5:
         settings += f' damping="{random.uniform(0.05, 0.5)}"'
-    if kind in ("hinge", "slide"):
-        axis = size(size=3) if random.random() < 0.6 else np.eye(3)[random.integers(3)]
+    if joint_type in ("hinge", "slide"):
+        axis = normal(size=3) if random.random() < 0.6 else np.eye(3)[random.integers(3)]
         settings += f' axis="{text(axis if random.random() < 0.7 else -axis)}"'
         if random.random() < 0.5:
-            settings += f' ref="{size()}" springref="{size()}"'
-    if kind != "free":
-        settings += f' pos="{text(0.3 * size(size=3) * (random.random() < 0.7))}"'
-    return f'<joint type="{kind}"{settings}/>'
+            settings += f' ref="{normal()}" springref="{normal()}"'
+    if joint_type != "free":
+        settings += f' pos="{text(0.3 * normal(size=3) * (random.random() < 0.7))}"'
+    return f'<joint type="{joint_type}"{settings}/>'
 
 
 def _inertia(random):
@@ -37,30 +37,32 @@ def _inertia(random):
 
 
 def random_tree(joints, seed, springs=True, damping=True, kinds=("hinge", "slide", "ball", "free")):
-    """MJCF of some trees with this number of joints, some bodies with several, some with none."""
+    """MJCF of random trees with ``joints`` joints in all, up to three on a body."""
     random = np.random.default_rng(seed)
-    bodies, left = [], joints  # joints, parent
-    while left > 0:
+    bodies, joints_left = [], joints  # joints, parent
+    while joints_left > 0:
         parent = int(random.integers(-1, len(bodies))) if random.random() < 0.9 else -1
-        several = min(left, int(random.choice([0, 1, 1, 1, 2, 3])))
-        chosen = [str(random.choice(kinds)) for _ in range(several)]
-        if "free" in chosen:
-            parent, chosen = -1, ["free"]
-        if "ball" in chosen:  # MuJoCo wants it last among rotations
-            chosen = [kind for kind in chosen if kind != "ball"] + ["ball"]
-        if parent == -1 and not chosen:
+        joint_count = min(joints_left, int(random.choice([0, 1, 1, 1, 2, 3])))
+        joint_types = [str(random.choice(kinds)) for _ in range(joint_count)]
+        if "free" in joint_types:
+            parent, joint_types = -1, ["free"]
+        if "ball" in joint_types:  # MuJoCo wants it last among rotations
+            joint_types = [kind for kind in joint_types if kind != "ball"] + ["ball"]
+        if parent == -1 and not joint_types:
             continue
-        bodies.append((chosen, parent))
-        left -= len(chosen)
+        bodies.append((joint_types, parent))
+        joints_left -= len(joint_types)
     elements = [""] * len(bodies)
-    for k, (chosen, parent) in reversed(list(enumerate(bodies))):
-        # Slides that follow each other, and joints about one point, need it: else M is singular.
-        heavy = "slide" in chosen or len(chosen) > 1
-        inner = "".join(_joint(kind, random, springs, damping, heavy) for kind in chosen)
-        position, turn = text(0.5 * random.normal(size=3)), text(random.normal(size=4))
-        plain = random.random() < 0.4
-        head = f'<body pos="{position}"' + ("" if plain else f' quat="{turn}"') + ">"
-        elements[k] = f"{head}{inner}{_inertia(random)}{elements[k]}</body>"
+    for k, (joint_types, parent) in reversed(list(enumerate(bodies))):
+        # Without armature, slides in a row and joints about one point may make M singular.
+        armature_needed = "slide" in joint_types or len(joint_types) > 1
+        inner = "".join(
+            _joint(kind, random, springs, damping, armature_needed) for kind in joint_types
+        )
+        position, quaternion = text(0.5 * random.normal(size=3)), text(random.normal(size=4))
+        unrotated = random.random() < 0.4
+        opening = f'<body pos="{position}"' + ("" if unrotated else f' quat="{quaternion}"') + ">"
+        elements[k] = f"{opening}{inner}{_inertia(random)}{elements[k]}</body>"
         if parent >= 0:
             elements[parent] = elements[k] + elements[parent]
             elements[k] = ""

@@ -17,15 +17,16 @@ AIR, SAND, DRAG, GRAVITY = 1.225, 2650.0, 0.44, 9.80665
 FAR = (1e6, 0.0, 50.0)  # where the wind is 1e-13 m/s
 
 
-PLACES = np.random.default_rng(5).uniform([-15, -15, 0, 0], [15, 15, 20, 4], (12, 4))
+# (x, y, z, t) in m and s.
+POSITIONS_AND_TIMES = np.random.default_rng(5).uniform([-15, -15, 0, 0], [15, 15, 20, 4], (12, 4))
 
 
 def wind(x, y, z, t):
     return field.rotor_wind((x, y, z), field.decay(t))
 
 
-def off():
-    """How far the wind is from the curl of its stream function."""
+def wind_error():
+    """The largest error of the wind, m/s, against the curl of its stream function in 40 digits."""
 
     def stream(r, z, t):
         height = field.LOWEST_ROTOR + (field.HIGHEST_ROTOR - field.LOWEST_ROTOR) * mp.exp(
@@ -39,23 +40,23 @@ def off():
                 total += sign * field.STRENGTH * r**2 / (inner * outer) ** mp.mpf(0.75)
         return total
 
-    worst = 0.0
+    largest = 0.0
     with mp.workdps(40):
-        for x, y, z, t in PLACES.tolist():
+        for x, y, z, t in POSITIONS_AND_TIMES.tolist():
             r = mp.hypot(x, y)
-            out = -mp.diff(lambda s, r=r, t=t: stream(r, s, t), z) / r
-            up = mp.diff(lambda s, z=z, t=t: stream(s, z, t), r) / r
-            exact = [float(out * x / r), float(out * y / r), float(up)]
-            worst = max(worst, np.max(np.abs(np.array(wind(x, y, z, t)) - exact)))
-    return worst
+            outward = -mp.diff(lambda s, r=r, t=t: stream(r, s, t), z) / r
+            upward = mp.diff(lambda s, z=z, t=t: stream(s, z, t), r) / r
+            exact = [float(outward * x / r), float(outward * y / r), float(upward)]
+            largest = max(largest, np.max(np.abs(np.array(wind(x, y, z, t)) - exact)))
+    return largest
 
 
 def test_the_wind_is_the_curl_of_its_stream_function():
-    assert off() < 1e-12  # 2e-14
+    assert wind_error() < 1e-12  # 2e-14
 
 
 def test_a_ring_with_a_digit_wrong_is_caught(monkeypatch):
-    """It has divergence."""
+    """The wind then has a divergence."""
 
     def ring(square, zeta):
         P = square + field.R * field.R + zeta * zeta + field.CORE * field.CORE
@@ -64,7 +65,7 @@ def test_a_ring_with_a_digit_wrong_is_caught(monkeypatch):
         return P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.001 * field.R * field.R)) * scale
 
     monkeypatch.setattr(field, "ring", ring)
-    assert off() > 1e-4
+    assert wind_error() > 1e-4
 
 
 def test_no_wind_goes_through_the_ground_and_the_images_are_why():
@@ -109,11 +110,11 @@ def test_on_the_axis_the_wind_is_exactly_vertical():
 
 
 def relaxation(problem):
-    """Seconds in which the drag changes the velocity relative to the wind by its own size."""
-    wind = field.rotor_wind(problem.q0, 1.0)
-    w = np.linalg.norm(problem.v0 - np.array(wind))
+    """The time, s, in which the drag at the start would stop the motion relative to the wind."""
+    air_velocity = field.rotor_wind(problem.q0, 1.0)
+    relative_speed = np.linalg.norm(problem.v0 - np.array(air_velocity))
     drag = np.linalg.norm(problem.system.force(problem.q0, problem.v0, 0.0))
-    return float(problem.system.mass) * w / drag
+    return float(problem.system.mass) * relative_speed / drag
 
 
 @pytest.mark.parametrize("diameter", [10e-6, 100e-6, 500e-6])
@@ -166,26 +167,26 @@ def test_the_change_of_momentum_is_the_impulse_of_weight_and_drag():
         size = np.abs(balance.force).max()
         assert np.abs(balance.momentum[-1] - balance.momentum[0]).max() > 0.1 * size
         assert np.abs(balance.defect).max() < 1e-14 * size  # 4e-16
-    without = balance.momentum - balance.momentum[0] - balance.potential
-    assert np.abs(without).max() > 0.1 * size
+    unbalanced = balance.momentum - balance.momentum[0] - balance.potential
+    assert np.abs(unbalanced).max() > 0.1 * size
 
 
 def test_steps_of_many_relaxation_times_are_solved_and_lose_only_the_order():
     problem = brownout(10e-6)
     assert 30.0 * relaxation(problem) < 0.25  # 36 times
     exact = DOP853.run(problem, 1.0, TIGHT).q[-1]
-    for degree, limit in ((1, 0.6), (4, 0.05), (8, 1e-3)):  # 0.30, 0.01, 2e-4
+    for degree, tolerance in ((1, 0.6), (4, 0.05), (8, 1e-3)):  # 0.30, 0.01, 2e-4
         method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))
         run = galvi.integrate(problem, method, 0.25, 4)
         assert run.success, run.status
-        assert np.abs(run.q[-1] - exact).max() < limit
+        assert np.abs(run.q[-1] - exact).max() < tolerance
     explicit = SEMI_IMPLICIT_EULER.run(problem, 1.0, {"step": 1.0 / 64})
     assert not explicit.success
 
 
 def test_a_drag_of_hundreds_of_relaxation_times_a_step_is_solved():
-    rich = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(9))
-    run, fine = (galvi.integrate(brownout(1e-6), rich, 1.0 / n, n) for n in (4, 64))
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(9))
+    run, fine = (galvi.integrate(brownout(1e-6), method, 1.0 / n, n) for n in (4, 64))
     assert run.success, run.status  # 360 relaxation times a step
     assert np.abs(run.q[-1] - fine.q[-1]).max() < 0.1  # 0.037
 
@@ -200,7 +201,7 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
 
 
 def test_sizes_side_by_side_keep_their_own_numbers():
-    problems = [brownout(d) for d in (11e-6, 23e-6)]
+    problems = [brownout(diameter) for diameter in (11e-6, 23e-6)]
     single_paths = [galvi.integrate(problem, FOUR, 0.01, 3).q for problem in problems]
     assert np.max(np.abs(single_paths[0] - single_paths[1])) > 0.01  # m in 0.03 s
     for run, q in zip(galvi.integrate_many(problems, FOUR, 0.01, 3), single_paths, strict=True):

@@ -1,4 +1,4 @@
-"""Celestial forces: their formulas, what they keep, files, and runs that they end."""
+"""Celestial forces: their formulas, conserved quantities, files, and the runs that they end."""
 
 import pickle
 import re
@@ -16,8 +16,8 @@ from references import REFERENCES
 from references.forces.celestial import accelerations
 from tests.properties.celestial_cases import (
     CASES,
+    FORCE_PAIRS,
     MASSES,
-    PAIRS,
     WITH_ENERGY,
     Q,
     V,
@@ -76,7 +76,7 @@ def test_the_energy_with_the_forces_is_kept_and_without_them_is_not(name):
 
 
 @pytest.mark.slow_cases("one source", "tides")
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", FORCE_PAIRS)
 def test_force_pairs_keep_the_momentum(name):
     run = galvi.integrate(bodies(CASES[name]), METHOD, 0.05, 60)
     assert run.success, run.status
@@ -86,9 +86,9 @@ def test_force_pairs_keep_the_momentum(name):
 def test_the_order_is_that_of_the_method():
     method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     problem = bodies(CASES["tides"])
-    true = galvi.integrate(problem, METHOD, 1.0 / 32, 32).q[-1]
+    truth = galvi.integrate(problem, METHOD, 1.0 / 32, 32).q[-1]
     errors = [
-        np.max(np.abs(galvi.integrate(problem, method, 1.0 / n, n).q[-1] - true))
+        np.max(np.abs(galvi.integrate(problem, method, 1.0 / n, n).q[-1] - truth))
         for n in (16, 32, 64)
     ]
     orders = np.log2(errors[:-1]) - np.log2(errors[1:])
@@ -110,10 +110,11 @@ def test_in_the_plane_they_are_those_of_space():
         galvi.Tides(0, 0.3, 0.3, 0.01, spin=(0, 0, 2)),
         galvi.Relativity(30.0, form="EIH"),
     ):
-        flat = bodies(forces, plane=True)
-        q, v = (np.pad(x, ((0, 0), (0, 1))) for x in (flat.q0, flat.v0))
+        planar = bodies(forces, plane=True)
+        q, v = (np.pad(positions, ((0, 0), (0, 1))) for positions in (planar.q0, planar.v0))
         in_plane, in_space = (
-            flat.system.acceleration(x, 0.0, y) for x, y in ((flat.q0, flat.v0), (q, v))
+            planar.system.acceleration(positions, 0.0, velocities)
+            for positions, velocities in ((planar.q0, planar.v0), (q, v))
         )
         assert np.max(np.abs(in_space[:, :2] - in_plane)) < 1e-15 and not np.any(in_space[:, 2])
 
@@ -135,8 +136,10 @@ def test_references_without_forces_do_not_support_them():
 def test_a_saved_run_continues_with_its_forces(name, tmp_path):
     path, problem = str(tmp_path / "run.npz"), pickle.loads(pickle.dumps(bodies(CASES[name])))
     galvi.save(galvi.integrate(problem, METHOD, 0.05, 4), path)
-    again = galvi.resume(galvi.load(path), 4)
-    assert np.array_equal(again.q[-1], galvi.integrate(bodies(CASES[name]), METHOD, 0.05, 8).q[-1])
+    resumed = galvi.resume(galvi.load(path), 4)
+    assert np.array_equal(
+        resumed.q[-1], galvi.integrate(bodies(CASES[name]), METHOD, 0.05, 8).q[-1]
+    )
 
 
 def test_a_saved_run_with_a_function_needs_its_problem(tmp_path):
@@ -154,11 +157,11 @@ def test_a_saved_run_with_a_function_needs_its_problem(tmp_path):
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 def test_a_law_too_long_to_be_written_out_gives_the_same_run_in_the_general_kernel(monkeypatch):
-    written = galvi.integrate(bodies(CASES["tides"]), METHOD, 0.05, 40)
+    lane_run = galvi.integrate(bodies(CASES["tides"]), METHOD, 0.05, 40)
     monkeypatch.setattr(traced_lagrangian, "MAX_BUILT_IN_OPERATIONS", 0)
-    called = galvi.integrate(bodies(CASES["tides"]), METHOD, 0.05, 40)
-    assert (written.engine, called.engine) == ("lanes", "general")
-    assert np.max(np.abs(written.q - called.q)) < 1e-14
+    general_run = galvi.integrate(bodies(CASES["tides"]), METHOD, 0.05, 40)
+    assert (lane_run.engine, general_run.engine) == ("lanes", "general")
+    assert np.max(np.abs(lane_run.q - general_run.q)) < 1e-14
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
@@ -193,15 +196,15 @@ def test_a_function_that_branches_is_called_by_the_general_kernel():
 @pytest.mark.slow_cases("charges1")
 @pytest.mark.parametrize("charges", [(0.3, 3e-4), (0.3, 0.3)])
 def test_a_force_that_does_no_work_settles_in_a_clock(charges):
-    """As of a magnetic field: F . v is rounding alone. The second turns the planet by 15 rad a
-    step, which Newton's method solves."""
+    """As in a magnetic field, where F . v is rounding error alone. The second pair of charges turns
+    the planet by 15 rad a step, which only Newton's method solves."""
 
     def turning(q, v):
         return np.array(charges)[:, None] * np.stack([v[:, 1], -v[:, 0], 0.0 * v[:, 0]], 1)
 
-    eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
     problem = eccentric(galvi.Force(turning, takes_velocity=True))
-    run = galvi.integrate(problem, eight, 0.2, 4)
+    run = galvi.integrate(problem, method, 0.2, 4)
     assert run.success and (run.counts["linear_solves"] == 0) == (charges[1] < 0.3), run.status
     if charges[1] < 0.3:
         energy = galvi.energy(run)
@@ -210,33 +213,33 @@ def test_a_force_that_does_no_work_settles_in_a_clock(charges):
 
 @pytest.mark.slow(beside="tests/agreement/test_agreement.py::test_every_problem_agrees")
 def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
-    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
-    long, newton = (
-        galvi.integrate(bodies(CASES["drag"]), two, 2.4, 2, solver=solver)
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), clock=galvi.DynamicalTime())
+    fallback_run, newton_run = (
+        galvi.integrate(bodies(CASES["drag"]), method, 2.4, 2, solver=solver)
         for solver in ("auto", "newton")
     )
-    assert long.success and long.counts["linear_solves"] > 0
-    assert np.max(np.abs(long.q - newton.q)) < 1e-13
-    fixed_point = galvi.integrate(bodies(CASES["drag"]), two, 2.4, 2, solver="fixed_point")
+    assert fallback_run.success and fallback_run.counts["linear_solves"] > 0
+    assert np.max(np.abs(fallback_run.q - newton_run.q)) < 1e-13
+    fixed_point = galvi.integrate(bodies(CASES["drag"]), method, 2.4, 2, solver="fixed_point")
     assert not fixed_point.success and "or the solver auto" in fixed_point.status
 
 
 def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
-    def along(q, v):
+    def push_along_velocity(q, v):
         return 1e-6 * v / np.sqrt(np.sum(v**2, axis=-1, keepdims=True))
 
-    problem = bodies(galvi.Force(along, takes_velocity=True))
+    problem = bodies(galvi.Force(push_along_velocity, takes_velocity=True))
     assert galvi.integrate(problem, METHOD, 0.05, 3).success
 
 
 def test_a_force_that_pushes_a_body_without_mass_later_ends_the_run_in_words():
-    def late(q, t):
-        push = 0.0 * q
+    def late_push(q, t):
+        force = 0.0 * q
         if t > 0.5:
-            push[2, 0] = 1.0
-        return push
+            force[2, 0] = 1.0
+        return force
 
-    problem = bodies(galvi.Force(late, takes_time=True), [1.0, 1e-3, 0.0])
+    problem = bodies(galvi.Force(late_push, takes_time=True), [1.0, 1e-3, 0.0])
     run = galvi.integrate(problem, METHOD, 0.05, 20)
     assert not run.success and "push a body without mass" in run.status
     assert 9 <= np.count_nonzero(np.isfinite(run.q[:, 0, 0])) <= 11
@@ -264,7 +267,7 @@ NEGLIGIBLE = {
 }
 
 
-def passing(forces):
+def grazing_pair(forces):
     """Two bodies from the apocentre of an orbit with e = 0.95, and a light one far away."""
     q, v = [[0, 0], [1.95, 0], [9, 0]], [[0, 0], [0, 0.05**0.5 / 1.95**0.5], [0, 1 / 3]]
     return galvi.Problem(galvi.NBody([1.0, 1e-3, 1e-9], forces=forces), q, v)
@@ -275,12 +278,14 @@ def passing(forces):
     ("name", "solver"), [("drag", "newton"), *((name, "auto") for name in NEGLIGIBLE)]
 )
 def test_a_run_with_a_negligible_force_says_of_passages_what_it_says_without(name, solver):
-    """Its energy is not judged; a step of 1e-3 resolves the passage, of 0.05 does not, and one of
-    0.5 cannot be solved."""
+    """The energy of a forced run is not assessed. A step of 1e-3 resolves the passage, one of 0.05
+    does not, and one of 0.5 cannot be solved."""
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
     def run(forces, step, steps):
-        return galvi.integrate(passing(forces), method, step, steps, solver=solver, save_every=20)
+        return galvi.integrate(
+            grazing_pair(forces), method, step, steps, solver=solver, save_every=20
+        )
 
     plain, forced = (run(forces, 0.05, 80) for forces in ((), NEGLIGIBLE[name]))
     assert "bodies 0 and 1 passed at a distance of about " in plain.status

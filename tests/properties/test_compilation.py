@@ -1,4 +1,4 @@
-"""Kernels are compiled: what a user is told of it, calls of their parts, and numba as it is."""
+"""Compilation of kernels: the notice to the user, runs with plain numba, and imports of numba."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ ROOT = Path(__file__).parents[2]
 FIRST, SECOND, *_ = SECONDS
 
 
-def compiled(notice, *nested):
-    """As numba does with functions of which each calls the next."""
+def report_compilations(notice, *nested):
+    """Sends the events of numba to ``notice`` as for functions each of which calls the next."""
     for name in nested:
         module, _, function = name.rpartition(".")
         dispatcher = getattr(importlib.import_module(module), function)
@@ -34,7 +34,7 @@ def compiled(notice, *nested):
 @pytest.mark.parametrize("name", SECONDS)
 def test_a_kernel_that_is_compiled_is_announced_once_with_how_long_it_takes(name, caplog):
     notice = CompilationNotice()
-    compiled(notice, name), compiled(notice, name)
+    report_compilations(notice, name), report_compilations(notice, name)
     (record,) = caplog.records
     assert record.name == "galvi" and record.levelno == logging.WARNING
     assert f"about {SECONDS[name]} s of processor time, once" in record.getMessage()
@@ -42,28 +42,28 @@ def test_a_kernel_that_is_compiled_is_announced_once_with_how_long_it_takes(name
 
 def test_what_is_compiled_within_another_or_in_no_time_is_not_announced(caplog):
     notice = CompilationNotice()
-    compiled(notice, "galvi.kernels.nystrom.step.copy_into")
-    compiled(notice, FIRST, SECOND)
+    report_compilations(notice, "galvi.kernels.nystrom.step.copy_into")
+    report_compilations(notice, FIRST, SECOND)
     notice.on_start(SimpleNamespace(data={"seconds": 0.9 * LEAST_REPORTED_SECONDS}))
     notice.on_start(SimpleNamespace(data={"seconds": 17.0}))
     assert len(caplog.records) == 2
     assert "the law of this system: about 17 s of processor time, once" in caplog.messages[-1]
-    compiled(notice, SECOND)
+    report_compilations(notice, SECOND)
     assert len(caplog.records) == 3
 
 
 def test_the_notice_goes_to_stderr_and_can_be_silenced(caplog, capsys, monkeypatch):
     monkeypatch.setattr(logging.root, "handlers", [])
-    compiled(CompilationNotice(), FIRST)
+    report_compilations(CompilationNotice(), FIRST)
     stderr = capsys.readouterr().err
     assert stderr.startswith("galvi is compiling a kernel") and stderr.count("\n") == 1
     with caplog.at_level("ERROR", logger=LOG.name):
-        compiled(CompilationNotice(), FIRST)
+        report_compilations(CompilationNotice(), FIRST)
     assert capsys.readouterr().err == ""
 
 
 def test_numba_finds_a_function_where_generated_code_says_that_its_source_is() -> None:
-    """Within a docstring Python 3.13 raised TokenError, and the first run on a group ended."""
+    """With the source in a docstring, Python 3.13 raised TokenError in the first run on a group."""
     lines, _ = inspect.getsourcelines(product.in_space.py_func)
     assert lines[0] == "def over_factors(name, *arguments):\n"
 

@@ -1,4 +1,4 @@
-"""Runs that go on: in parts, from a file, after Ctrl-C."""
+"""Runs that are resumed: in parts, from a file, after Ctrl-C."""
 
 import signal
 import threading
@@ -32,7 +32,7 @@ def test_ctrl_c_keeps_what_was_computed():
 
 
 def test_where_ctrl_c_is_ignored_it_stays_so():
-    """As nohup and the shell do for what runs in the background."""
+    """The shell and nohup ignore it for processes in the background."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         timer = threading.Timer(0.01, signal.raise_signal, args=[signal.SIGINT])

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.usefixtures("suite_in_this_process")
 
 KEPLER = galvi.problems.kepler(0.3)
 COUNTS = [20, 40, 80, 160]
-C = 2.0 ** (1 / 3)
+FOREST_RUTH_CONSTANT = 2.0 ** (1 / 3)
 
 
 def potential(q):
@@ -29,9 +29,9 @@ GALAXY = galvi.Problem(
 
 
 class ForestRuth:
-    """Drifts and kicks, each adding up to 1; of order 4 for this constant alone."""
+    """Drifts and kicks, which each sum to a step; of order 4 for this constant alone."""
 
-    name, order, constant = "my Forest-Ruth", 4, C
+    name, order, constant = "my Forest-Ruth", 4, FOREST_RUTH_CONSTANT
 
     @property
     def parts(self):
@@ -77,8 +77,8 @@ def table(methods, steps=COUNTS, problem=KEPLER, duration=5.0, **options):
     return galvi.convergence(problem, methods, steps, duration, quick=True, **options)
 
 
-def fitted(rows):
-    """Method -> (order, standard error)."""
+def fitted_orders(rows):
+    """A dict from each method to its fitted order and the standard error."""
     return {
         name: tuple(rows[["fitted", "fitted_se"]].iloc[0])
         for name, rows in rows.groupby("method", sort=False)
@@ -86,8 +86,8 @@ def fitted(rows):
 
 
 @pytest.fixture(scope="module")
-def of_kepler():
-    """Galvi, a reference, an integrator of one's own and an adaptive code."""
+def kepler_rows():
+    """The table of galvi, a reference, a user's integrator and an adaptive code."""
     methods = {
         "degree 2": gauss(2),
         "Verlet": "textbook.stormer_verlet",
@@ -98,13 +98,13 @@ def of_kepler():
 
 
 @pytest.mark.parametrize(("name", "order"), [("degree 2", 4.0), ("Verlet", 2.0), ("mine", 4.0)])
-def test_orders_of_galvi_and_of_others_in_one_table(of_kepler, name, order):
-    value, error = fitted(of_kepler)[name]
+def test_orders_of_galvi_and_of_others_in_one_table(kepler_rows, name, order):
+    value, error = fitted_orders(kepler_rows)[name]
     assert abs(value - order) < max(0.1, 3.0 * error) and error < 0.3
 
 
-def test_each_run_of_the_table_has_what_it_kept_and_how_it_ended(of_kepler):
-    rows = of_kepler
+def test_each_run_of_the_table_has_what_it_kept_and_how_it_ended(kepler_rows):
+    rows = kepler_rows
     equal, adaptive = rows[rows["h"].notna()], rows[rows["h"].isna()]
     assert set(equal["h"]) == {5.0 / n for n in (40, 80, 160, 320)}
     assert (
@@ -120,16 +120,16 @@ def test_each_run_of_the_table_has_what_it_kept_and_how_it_ended(of_kepler):
     assert np.all(np.diff(energies) < 0.0)
 
 
-def test_the_columns_are_those_of_the_documentation(of_kepler):
+def test_the_columns_are_those_of_the_documentation(kepler_rows):
     text = galvi.convergence.__doc__.partition("``method, ")[2].partition("``")[0]
-    assert list(of_kepler.columns) == ["method", *(word.strip() for word in text.split(","))]
-    assert isinstance(of_kepler, pd.DataFrame) and of_kepler["fit"].dtype == bool
+    assert list(kepler_rows.columns) == ["method", *(word.strip() for word in text.split(","))]
+    assert isinstance(kepler_rows, pd.DataFrame) and kepler_rows["fit"].dtype == bool
 
 
 def test_a_wrong_constant_has_order_two_and_a_false_symmetry_is_seen():
     methods = {"wrong": WrongConstant(), "not": NotSymmetric(), "right": ForestRuth()}
     rows = table(methods, [100, 200, 400])
-    assert fitted(rows)["wrong"][0] == pytest.approx(2.0, abs=0.2)
+    assert fitted_orders(rows)["wrong"][0] == pytest.approx(2.0, abs=0.2)
     assert rows[rows["method"] == "not"]["symmetry"].min() > 1e-4
     assert rows[rows["method"] == "wrong"]["symmetry"].max() < 1e-11
     (remark,) = rows.attrs["remarks"]
@@ -141,22 +141,22 @@ def test_a_potential_of_ones_own_has_a_truth_that_another_code_confirms():
     assert "agrees" in rows.attrs["truth"] or "quadruple" in rows.attrs["truth"]
     assert rows.attrs["truth_error"] < 1e-11
     for name, order in (("degree 3", 6.0), ("mine", 4.0)):
-        value, error = fitted(rows)[name]
+        value, error = fitted_orders(rows)[name]
         assert abs(value - order) < max(0.2, 3.0 * error)
     assert rows["momentum"].isna().all()  # no rotation leaves this potential as it is
 
 
 def test_on_groups_frames_and_clocks():
     body = table({"Cayley": gauss(2)}, [20, 40, 80], galvi.problems.free_rigid_body())
-    assert fitted(body)["Cayley"][0] == pytest.approx(4.0, abs=0.2)
+    assert fitted_orders(body)["Cayley"][0] == pytest.approx(4.0, abs=0.2)
     assert body["symplecticity"].max() < 1e-10 and body["momentum"].max() < 1e-12
     outer = galvi.problems.outer_solar_system()
     framed = table({"frame": gauss(1, chart=galvi.KeplerFrame())}, [10, 20, 40, 80], outer, 8000.0)
-    assert fitted(framed)["frame"][0] == pytest.approx(2.0, abs=0.2)
+    assert fitted_orders(framed)["frame"][0] == pytest.approx(2.0, abs=0.2)
     clock = table(
         {"clock": gauss(2, clock=galvi.Sundman())}, [10, 20, 40, 80], galvi.problems.kepler(0.8)
     )
-    assert fitted(clock)["clock"][0] == pytest.approx(4.0, abs=0.4)
+    assert fitted_orders(clock)["clock"][0] == pytest.approx(4.0, abs=0.4)
     assert clock["symplecticity"].max() < 1e-9
 
 
@@ -166,7 +166,9 @@ def test_a_truth_that_is_given():
     end = galvi.integrate(KEPLER, gauss(12), 0.05, 100).q[-1]
     for truth in (lambda t: end, end, "scipy.dop853"):
         assert table(methods, truth=truth)["error"].to_numpy() == pytest.approx(exact, abs=1e-9)
-    assert fitted(table(methods, truth=end + 1e-3))["degree 2"][0] != pytest.approx(4.0, abs=0.2)
+    assert fitted_orders(table(methods, truth=end + 1e-3))["degree 2"][0] != pytest.approx(
+        4.0, abs=0.2
+    )
 
 
 def test_a_method_that_raises_is_failed_and_the_others_go_on():
@@ -193,7 +195,7 @@ def test_steps_are_numbers_or_sizes_and_methods_have_the_names_that_they_are_giv
 
 def test_steps_are_found_by_trying():
     rows = table({"degree 4": gauss(4)}, None)
-    assert fitted(rows)["degree 4"][0] == pytest.approx(8.0, abs=0.5)
+    assert fitted_orders(rows)["degree 4"][0] == pytest.approx(8.0, abs=0.5)
 
 
 def raises(t):
@@ -240,7 +242,7 @@ def test_the_run_that_is_the_truth_has_no_error():
     assert "IAS15" in rows.attrs["truth"] and rows.attrs["truth_error"] < 1e-13
     itself = rows[rows["note"] == "the truth"]
     assert len(itself) == 1 and itself["error"].isna().all() and (itself["seconds"] > 0.0).all()
-    assert fitted(rows)["mine"][0] == pytest.approx(4.0, abs=0.05)
+    assert fitted_orders(rows)["mine"][0] == pytest.approx(4.0, abs=0.05)
     assert rows["symplecticity"].max() < 1e-9
 
 
@@ -248,8 +250,8 @@ def test_an_end_at_a_turning_point_does_not_double_the_order():
     spring = galvi.problems.harmonic_oscillator()
     methods = {"Verlet": "textbook.stormer_verlet", "Gauss 2": gauss(2)}
     rows = table(methods, [40, 80, 160, 320], spring, 2.0 * np.pi)
-    assert fitted(rows)["Verlet"][0] == pytest.approx(2.0, abs=0.1)
-    assert fitted(rows)["Gauss 2"][0] == pytest.approx(4.0, abs=0.1)
+    assert fitted_orders(rows)["Verlet"][0] == pytest.approx(2.0, abs=0.1)
+    assert fitted_orders(rows)["Gauss 2"][0] == pytest.approx(4.0, abs=0.1)
     assert not rows.attrs["remarks"]
 
 

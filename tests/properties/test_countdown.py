@@ -1,4 +1,4 @@
-"""When the iteration of a law is done: sequences of changes and the passes they take."""
+"""The stopping rule of the iteration of a law: sequences of changes and the passes they take."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ ROUNDING, TOLERANCE = 2e-16, 2.0**-55
 
 
 def passes(changes, tolerance=TOLERANCE):
-    """The code, and how many changes were judged until it came."""
+    """The code at which the iteration ends, or GOING, and the number of changes up to it."""
     history, count = np.empty(stopping.HISTORY), 0
     begin_countdown(history)
     for change in np.array(changes):
@@ -25,8 +25,8 @@ def passes(changes, tolerance=TOLERANCE):
     return GOING, count
 
 
-def convergent(rate, start, seed, length=190):
-    """Changes that shrink by this rate down to rounding errors."""
+def convergent_changes(rate, start, seed, length=190):
+    """Changes that shrink by about ``rate`` each, down to a few rounding errors."""
     random = np.random.default_rng(seed)
     exact = start * rate ** np.arange(length) * np.exp(random.uniform(-0.3, 0.3, length))
     return np.maximum(exact, ROUNDING * random.integers(1, 4, length))
@@ -39,23 +39,23 @@ def convergent(rate, start, seed, length=190):
     tolerance=st.sampled_from([2.0**-60, TOLERANCE, 1e-12, 1e-9]),
 )
 def test_as_many_passes_are_made_as_the_rate_asks_for(rate, start, seed, tolerance):
-    code, count = passes(convergent(rate, start, seed), tolerance)
+    code, count = passes(convergent_changes(rate, start, seed), tolerance)
     needed = 1 + np.log(tolerance * (1.0 - rate) / (rate * start)) / np.log(rate)
     assert code == SOLVED
     assert count >= 0.85 * needed - 1.0 and count <= 1.25 * needed + 4.0
 
 
 def test_convergence_that_rests_for_some_passes_is_waited_for():
-    rests = np.repeat(1e-3 * 0.1 ** np.arange(14.0), 5)
-    code, count = passes(rests)
-    assert code == SOLVED and rests[count - 1] < 1e-13
+    resting_changes = np.repeat(1e-3 * 0.1 ** np.arange(14.0), 5)
+    code, count = passes(resting_changes)
+    assert code == SOLVED and resting_changes[count - 1] < 1e-13
 
 
 def test_a_plateau_far_above_rounding_errors_is_no_solution_at_once(monkeypatch):
     plateau = [*(1e-2 * 0.1 ** np.arange(11.0)), *[2e-12] * 40]
     code, count = passes(plateau)
     assert code == SOLVED and count >= 11 + stopping.SLOW_PASSES
-    # as if any plateau were rounding errors
+    # Planted: any plateau counts as rounding errors.
     monkeypatch.setattr(stopping, "SLOW_CONVERGENCE", 1.0)
     assert passes(plateau)[1] < 11 + stopping.SLOW_PASSES
 

@@ -1,4 +1,4 @@
-"""Derivatives of functions that are given without: a length for each coordinate, and an error."""
+"""Derivatives by differences: a length for each coordinate, and an estimate of the error."""
 
 import numba
 import numpy as np
@@ -11,11 +11,11 @@ from galvi.systems import finite_differences
 from galvi.systems.finite_differences import differenced_gradient, differences, noise_of
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-FAR = 1e4
+CART_POSITION = 1e4
 
 
 def untraced(function):
-    """The same function, with a branch."""
+    """The function behind a branch, which keeps it from being traced."""
     return lambda q: 0.0 if q[0] == np.inf else function(q)
 
 
@@ -25,7 +25,7 @@ def cosine(q):
 
 def angle_and_cart(q):
     """An angle beside a coordinate of 1e4."""
-    return -np.cos(q[0]) + 0.5 * (q[1] - FAR) ** 2
+    return -np.cos(q[0]) + 0.5 * (q[1] - CART_POSITION) ** 2
 
 
 def test_the_force_of_a_cosine_is_found_where_it_is_small_or_far_out():
@@ -39,11 +39,11 @@ def test_the_force_of_a_cosine_is_found_where_it_is_small_or_far_out():
 
 
 def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
-    q = np.array([0.3, FAR + 0.1])
+    q = np.array([0.3, CART_POSITION + 0.1])
     exact = [np.sin(0.3), 0.1]
     slope = differenced_gradient(untraced(angle_and_cart), False)(q)
     np.testing.assert_allclose(slope, exact, rtol=0.0, atol=1e-9)
-    # the planted fault: the largest coordinate is the length of all, and no other one is tried
+    # Planted: the largest coordinate is the length of all, and no other length is tried.
     monkeypatch.setattr(finite_differences, "lengths_of", lambda q: np.full(q.size, np.max(abs(q))))
     monkeypatch.setattr(finite_differences, "FINER_STEPS", 0)
     assert (
@@ -77,9 +77,9 @@ def test_a_force_below_the_rounding_of_its_potential_is_said():
 
 def test_where_no_length_agrees_the_start_is_refused():
     noise = np.random.default_rng(1)
-    rough = galvi.Canonical(1.0, untraced(lambda q: noise.normal()))
+    noisy = galvi.Canonical(1.0, untraced(lambda q: noise.normal()))
     with pytest.raises(ValueError, match=r"gradient .* which is differenced, or give one"):
-        galvi.integrate(galvi.Problem(rough, [1.0], [0.0]), EIGHT, 0.2, 1)
+        galvi.integrate(galvi.Problem(noisy, [1.0], [0.0]), EIGHT, 0.2, 1)
 
 
 def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
@@ -95,25 +95,28 @@ def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
 
 
 @given(
-    length=st.floats(-8, 8),
+    log_length=st.floats(-8, 8),
     log_position=st.floats(-3, 3),
     offset=st.floats(-3, 3),
-    log_other=st.floats(-6, 6),
+    log_second_coordinate=st.floats(-6, 6),
 )
-@example(length=0.0, log_position=-3.0, offset=3.0, log_other=4.0)
+@example(log_length=0.0, log_position=-3.0, offset=3.0, log_second_coordinate=4.0)
 @settings(max_examples=100)
-def test_an_error_is_at_least_what_it_is_said_to_be_of(length, log_position, offset, log_other):
-    """A sine of any length, at any place and beside any number: right within 20 of its errors."""
-    l, x = 10.0**length, 10.0**log_position
+def test_an_error_is_at_least_what_it_is_said_to_be_of(
+    log_length, log_position, offset, log_second_coordinate
+):
+    """The derivative of a sine of any length at any position, beside a coordinate of any size, is
+    right within 20 times its error."""
+    unit, x = 10.0**log_length, 10.0**log_position
 
     def value(q):
-        return np.array([np.sin(q[0] / l) + 10.0**offset + 0.0 * q[1]])
+        return np.array([np.sin(q[0] / unit) + 10.0**offset + 0.0 * q[1]])
 
-    q = np.array([x * l, 10.0**log_other])
+    q = np.array([x * unit, 10.0**log_second_coordinate])
     slope, error = differences(value, q, finite_differences.lengths_of(q))
     if np.isfinite(error[0, 0]):
-        rounding = 2.0**-52 * abs(q[0]) / l**2  # of the argument
-        assert abs(slope[0, 0] - np.cos(q[0] / l) / l) <= 20.0 * error[0, 0] + 4.0 * rounding
+        rounding = 2.0**-52 * abs(q[0]) / unit**2  # of the argument
+        assert abs(slope[0, 0] - np.cos(q[0] / unit) / unit) <= 20.0 * error[0, 0] + 4.0 * rounding
 
 
 def wall(q):
@@ -139,7 +142,7 @@ def at_a_pole(q):
     ],
 )
 def test_one_side_of_a_kink_and_the_edge_of_a_domain(potential, slopes):
-    """A force that is 0 on one side was nan; what is undefined far away is not needed."""
+    """A force that is 0 on one side of a kink was NaN; values far away are not needed."""
     gradient = differenced_gradient(potential, False)
     for q, slope in slopes.items():
         assert abs(gradient(np.array([q]))[0] - slope) <= 1e-6 * max(1.0, abs(slope)), q

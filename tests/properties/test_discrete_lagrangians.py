@@ -24,7 +24,7 @@ MASSLESS = galvi.Problem(
 
 
 def branching(q, v):
-    """That of a bead on a parabola, which is not traced."""
+    """The Lagrangian of a bead on a parabola, behind a branch, which keeps it from being traced."""
     return 0.5 * v[0] ** 2 * (1.0 + q[0] ** 2) - 0.5 * q[0] ** 2 if q[0] < 1e9 else 0.0
 
 
@@ -86,25 +86,27 @@ FORCED = {
 def test_the_transforms_of_a_step_are_its_momenta_and_its_action_that_of_the_run(name):
     problem, method, h = (FREE | FORCED)[name]
     run = galvi.integrate(problem, method, h, 3)
-    along, size = galvi.action(run), np.max(np.abs(run.p))
-    lost = np.max(np.abs(run.q)) / np.max(np.abs(np.diff(run.q, axis=0)))  # digits of q1 - q0
+    actions, size = galvi.action(run), np.max(np.abs(run.p))
+    cancellation = np.max(np.abs(run.q)) / np.max(
+        np.abs(np.diff(run.q, axis=0))
+    )  # by which q1 - q0 loses digits
     for k in (0, 2):
         step = replace(problem, t0=float(run.t[k])), method, run.q[k], run.q[k + 1], h
         for p, momentum in zip(galvi.discrete_legendre_transforms(*step), run.p[k:], strict=False):
             assert p.shape == momentum.shape
-            assert np.max(np.abs(p - momentum)) < 3e-15 * size * max(lost, 10.0)
-        gap = galvi.discrete_lagrangian(*step) - (along[k + 1] - along[k])
-        assert abs(gap) < 1e-14 * np.max(np.abs(along))
+            assert np.max(np.abs(p - momentum)) < 3e-15 * size * max(cancellation, 10.0)
+        gap = galvi.discrete_lagrangian(*step) - (actions[k + 1] - actions[k])
+        assert abs(gap) < 1e-14 * np.max(np.abs(actions))
 
 
-DIFFERENCED, WEIGHTS = 2.0**-7, (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
+DIFFERENCE_STEP, WEIGHTS = 2.0**-7, (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 
 
 def moved(problem, q, shift):
     """q exp(hat(shift))."""
     group = getattr(problem.system, "group", galvi.Rn(q.size))
-    flat = q.reshape(group.shape)
-    return group.multiply(flat, element(group, shift)).reshape(q.shape)
+    g = q.reshape(group.shape)
+    return group.multiply(g, element(group, shift)).reshape(q.shape)
 
 
 def differences(function, d, scale):
@@ -124,15 +126,15 @@ def test_the_momenta_are_differences_of_the_discrete_lagrangian(name):
     problem, method, h = FREE[name]
     q0, q1 = galvi.integrate(problem, method, h, 1).q
     p0, p1 = galvi.discrete_legendre_transforms(problem, method, q0, q1, h)
-    scale = DIFFERENCED * min(1.0, 10.0 * abs(h))
+    scale = DIFFERENCE_STEP * min(1.0, 10.0 * abs(h))
 
-    def between(start, end):
+    def displaced_action(start, end):
         return galvi.discrete_lagrangian(
             problem, method, moved(problem, q0, start), moved(problem, q1, end), h
         )
 
-    by_q0 = differences(lambda x: between(x, 0.0 * x), problem.v0.size, scale)
-    by_q1 = differences(lambda x: between(0.0 * x, x), problem.v0.size, scale)
+    by_q0 = differences(lambda x: displaced_action(x, 0.0 * x), problem.v0.size, scale)
+    by_q1 = differences(lambda x: displaced_action(0.0 * x, x), problem.v0.size, scale)
     size = np.max(np.abs([p0, p1]))
     for p, differenced in ((p0, -by_q0), (p1, by_q1)):
         assert np.allclose(p.ravel(), differenced, rtol=0.0, atol=3e-11 * size)
@@ -168,7 +170,7 @@ def test_ends_far_apart_are_joined_too():
 
 
 def nonlinear(q, v, t):
-    """L of a particle whose mass depends on its place and its velocity, with a driving force."""
+    """L of a particle whose mass depends on its position and its velocity, with a driving force."""
     mass = 0.5 * (1.0 + q[0] ** 2) * v[0] ** 2 + 0.5 * v[1] ** 2 + 0.05 * v[1] ** 4
     return mass + 0.3 * q[0] * v[0] * v[1] - 0.5 * (q[0] * q[1]) ** 2 + 0.2 * np.sin(t) * q[0]
 
@@ -180,13 +182,13 @@ def damping(q, v):
 def stationary_polynomial(degree, rule, q0, q1, h, t0):
     """L_d, p0 and p1 of `nonlinear` with `damping`, by the discrete Lagrange-d'Alembert principle
     for q0 + (q1 - q0) c + sum_k x_k c (1 - c) c^k; derivatives of L by complex steps."""
-    c, way = rule.nodes, np.subtract(q1, q0)
+    c, chord = rule.nodes, np.subtract(q1, q0)
     shapes = np.array([c ** (k + 1) * (1.0 - c) for k in range(degree - 1)])
-    rates = np.array([(k + 1) * c**k - (k + 2) * c ** (k + 1) for k in range(degree - 1)])
+    shape_slopes = np.array([(k + 1) * c**k - (k + 2) * c ** (k + 1) for k in range(degree - 1)])
 
     def at_nodes(x):
         x = x.reshape(-1, 2)
-        return q0 + np.outer(c, way) + shapes.T @ x, (way + rates.T @ x) / h, t0 + h * c
+        return q0 + np.outer(c, chord) + shapes.T @ x, (chord + shape_slopes.T @ x) / h, t0 + h * c
 
     def forces_and_momenta(x):
         tiny = 1e-200j * np.eye(2)
@@ -199,7 +201,7 @@ def stationary_polynomial(degree, rule, q0, q1, h, t0):
 
     def residual(x):
         forces, momenta = forces_and_momenta(x)
-        return (shapes @ forces + rates @ momenta).ravel()
+        return (shapes @ forces + shape_slopes @ momenta).ravel()
 
     x = root(residual, np.zeros(2 * (degree - 1)), options={"xtol": 1e-15}).x
     forces, momenta = forces_and_momenta(x)
@@ -229,7 +231,7 @@ def test_the_unit_of_length_has_no_effect(unit):
 
 
 def test_a_step_of_more_than_half_a_turn_has_an_action_of_its_own():
-    """In `action` the angle of the step counts, in `discrete_lagrangian` the least angle."""
+    """`action` takes the angle of the step, `discrete_lagrangian` the smallest between its ends."""
     h, rate = 1.0, 4.0
     turning = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, rate))
     run = galvi.integrate(turning, collocation(1, EXPONENTIAL), h, 1)
@@ -248,7 +250,7 @@ def test_coordinates_of_different_units_are_all_solved_for():
 
 
 def test_the_discrete_lagrangian_of_a_steady_turn_is_exact_in_the_exponential_chart():
-    """The turn is a straight line there, of action J angle^2 / (2 h)."""
+    """The turn is a straight line in that chart, of action J angle^2 / (2 h)."""
     turning = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
     turn = element(galvi.SO3(), [0.0, 0.0, 2.0])
     for h in (0.5, -3.0):
@@ -265,22 +267,22 @@ def test_the_action_of_a_run_is_stationary_when_a_state_within_it_moves(name):
     second = replace(problem, t0=float(run.t[1]))
 
     def total(shift):
-        between = moved(problem, run.q[1], shift)
+        middle = moved(problem, run.q[1], shift)
         return galvi.discrete_lagrangian(
-            problem, method, run.q[0], between, h
-        ) + galvi.discrete_lagrangian(second, method, between, run.q[2], h)
+            problem, method, run.q[0], middle, h
+        ) + galvi.discrete_lagrangian(second, method, middle, run.q[2], h)
 
-    d, scale = problem.v0.size, DIFFERENCED * h
+    d, scale = problem.v0.size, DIFFERENCE_STEP * h
     assert abs(total(np.zeros(d)) - galvi.action(run)[-1]) < 1e-13
     assert np.max(np.abs(differences(total, d, scale))) < 1e-11 * np.max(np.abs(run.p))
-    first = differences(
+    first_step_slopes = differences(
         lambda x: galvi.discrete_lagrangian(
             problem, method, run.q[0], moved(problem, run.q[1], x), h
         ),
         d,
         scale,
     )
-    assert np.max(np.abs(first)) > 0.1  # of one step alone it is not
+    assert np.max(np.abs(first_step_slopes)) > 0.1  # the action of one step is not stationary
 
 
 @pytest.mark.parametrize("name", ["kepler", "Lobatto's rule", "a driven oscillator"])
@@ -300,11 +302,13 @@ def test_the_action_of_a_run_that_kept_less_is_the_same():
     assert action.shape == full.t.shape
     assert action[0] == 0.0
     assert np.allclose(galvi.action(thin), action[saved], rtol=1e-13)
-    further = galvi.action(galvi.resume(full, 10))
-    longer = galvi.action(galvi.integrate(KEPLER, FOUR, 0.1, 2510))
-    assert np.allclose(further, longer[2500:] - longer[2500], rtol=0.0, atol=1e-12)
-    watched = galvi.events.plane_crossing((0.0, 1.0))
-    with_events = galvi.integrate(KEPLER, FOUR, 0.1, 2500, events=watched)
+    resumed_action = galvi.action(galvi.resume(full, 10))
+    uncut_action = galvi.action(galvi.integrate(KEPLER, FOUR, 0.1, 2510))
+    assert np.allclose(
+        resumed_action, uncut_action[2500:] - uncut_action[2500], rtol=0.0, atol=1e-12
+    )
+    crossing = galvi.events.plane_crossing((0.0, 1.0))
+    with_events = galvi.integrate(KEPLER, FOUR, 0.1, 2500, events=crossing)
     assert np.allclose(galvi.action(with_events), action, rtol=1e-13)
 
 

@@ -1,4 +1,4 @@
-"""Linear equations with pivoting, against numpy: whatever the order of the rows."""
+"""Linear equations with pivoting, against numpy, whatever the order of the rows."""
 
 import numpy as np
 import pytest

@@ -12,7 +12,7 @@ from galvi.run.vector_space import kernel_tableau
 @pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("node", range(4))
 def test_weights_and_state_count_to_twice_the_precision(node):
-    """Where products with the acceleration and the step, powers of 2, are exact."""
+    """The accelerations and the step are powers of 2, so that products with them are exact."""
     tableau = kernel_tableau(galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)).table)
     random, h = np.random.default_rng(node), 0.25
     state = random.normal(size=(4, 3)) * np.array([[1.0], [1e-17], [1.0], [1e-17]])
@@ -25,10 +25,10 @@ def test_weights_and_state_count_to_twice_the_precision(node):
             for row in (tableau.b, tableau.b_low, tableau.beta, tableau.beta_low)
         )
         position = q + q_low + h * (v + v_low) + h * h * (beta + beta_low) * a[:, node]
-        speed = v + v_low + h * (b + b_low) * a[:, node]
+        velocity = v + v_low + h * (b + b_low) * a[:, node]
         complete_step(tableau, h, a, state)
-        for wanted, high, low in ((position, 0, 1), (speed, 2, 3)):
+        for exact, high, low in ((position, 0, 1), (velocity, 2, 3)):
             for k in range(3):
-                error = mp.mpf(state[high, k]) + mp.mpf(state[low, k]) - wanted[k]
+                error = mp.mpf(state[high, k]) + mp.mpf(state[low, k]) - exact[k]
                 assert abs(error) < 1e-30  # 2e-31
     assert abs(float(beta_low)) > 1e-20 and np.all(np.abs(state[1::2]) < 1e-15)

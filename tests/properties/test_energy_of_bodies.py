@@ -1,7 +1,7 @@
-"""The energy of bodies is a random walk of rounding: a drift of 1e-18 in a step would be seen.
+"""The energy error of bodies is a random walk of rounding: a drift of 1e-18 a step would be seen.
 
-Starts of an ensemble differ by 1e-12, so that each run rounds differently; methods are so fine that
-truncation is below rounding. docs/why.md has what 300,000 steps show.
+Starts of an ensemble differ by 1e-12, so that each run rounds differently; the truncation errors of
+the methods are below rounding. docs/why.md has what 300,000 steps show.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from galvi.charts import CHARTS
 from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.run.in_lanes.tables import aligned_copies
 
-RUNS, SAMPLES, SIZE, SEED = 12, 500, 1e-12, 1937
+RUNS, SAMPLES, PERTURBATION, SEED = 12, 500, 1e-12, 1937
 FEW, MANY = 10_000, 100_000
 SMALL, LARGE = 1e-18, 4e-18  # drifts in a step, relative, seen in many and in few steps
 
@@ -27,10 +27,10 @@ def energy_growth(
     """The growth of the relative energy error with the number of steps."""
     generator, errors = np.random.default_rng(SEED), []
     for _ in range(RUNS):
-        v0 = problem.v0 * (1.0 + SIZE * generator.standard_normal(problem.v0.shape))
-        moved = galvi.Problem(problem.system, problem.q0, v0)
+        v0 = problem.v0 * (1.0 + PERTURBATION * generator.standard_normal(problem.v0.shape))
+        perturbed = galvi.Problem(problem.system, problem.q0, v0)
         save_every = max(1, steps // SAMPLES)
-        run = galvi.integrate(moved, method, step, steps, save_every=save_every, solver=solver)
+        run = galvi.integrate(perturbed, method, step, steps, save_every=save_every, solver=solver)
         assert run.success, run.status
         energy = galvi.energy(run)
         errors.append(energy / energy[0] - 1.0)
@@ -68,13 +68,13 @@ def test_a_drift_is_seen(steps: int, drift: float, monkeypatch: pytest.MonkeyPat
     unchanged = growth_of_free_body(galvi.Cayley(), steps)
     tables_of = law_stepper.tables_on_group
 
-    def larger(table, form):  # type: ignore[no-untyped-def]
+    def with_larger_weight(table, form):  # type: ignore[no-untyped-def]
         arrays = tables_of(table, form)
-        (planted,) = aligned_copies(arrays.tables)
-        planted[4 * planted.shape[1], table.c.size // 2] += excess
-        return arrays._replace(tables=planted)
+        (faulty_table,) = aligned_copies(arrays.tables)
+        faulty_table[4 * faulty_table.shape[1], table.c.size // 2] += excess
+        return arrays._replace(tables=faulty_table)
 
-    monkeypatch.setattr(law_stepper, "tables_on_group", larger)
+    monkeypatch.setattr(law_stepper, "tables_on_group", with_larger_weight)
     excess = 1e-15
     excess *= drift / growth_of_free_body(galvi.Cayley(), FEW).drift
     faulty = growth_of_free_body(galvi.Cayley(), steps)

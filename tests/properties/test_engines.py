@@ -1,4 +1,4 @@
-"""Which engine does a run, what it says of it, and what a run keeps when it goes on."""
+"""Which engine does a run, the reason that it states, and what a resumed run keeps."""
 
 from __future__ import annotations
 
@@ -26,14 +26,20 @@ def method(**parts: Any) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **parts)
 
 
-OWN = galvi.Problem(galvi.Canonical(1.0, opaque(lambda q: 0.5 * q @ q)), [1.0], [0.0])
+UNTRACED = galvi.Problem(galvi.Canonical(1.0, opaque(lambda q: 0.5 * q @ q)), [1.0], [0.0])
 PUSHED = galvi.Lagrangian.from_sympy(PENDULUM, *COORDINATES, force=[sp.Max(vr, 0), 0])
-# problem, method, options, the engine, a part of its reason
+# Name -> problem, method, options, the engine, a part of its reason.
 RUNS: dict[str, tuple[Any, ...]] = {
     "kepler": (KEPLER, EIGHT, {}, "lanes", "known as expressions"),
     "newton": (KEPLER, EIGHT, {"solver": "newton"}, "general", "lanes: steps are"),
     "body": (ready.free_rigid_body(), EIGHT, {}, "lanes", "known as expressions"),
-    "untraced": (OWN, EIGHT, {}, "general", "lanes: its force is not known as a short expression"),
+    "untraced": (
+        UNTRACED,
+        EIGHT,
+        {},
+        "general",
+        "lanes: its force is not known as a short expression",
+    ),
     "branches": (galvi.Problem(PUSHED, *START), FOUR, {}, "general", "lanes: "),
     "frame": (
         ready.outer_solar_system(),
@@ -91,18 +97,18 @@ def test_the_first_engine_that_offers_does_the_run(monkeypatch: pytest.MonkeyPat
         galvi.integrate(KEPLER, EIGHT, 0.2, 3)
 
 
-def turned(q: Any, v: Any, t: float) -> tuple[Any, Any]:
+def reversed_velocity(q: Any, v: Any, t: float) -> tuple[Any, Any]:
     return q, -v
 
 
-SHOWN: dict[str, tuple[Any, ...]] = {
+SAVED_RUNS: dict[str, tuple[Any, ...]] = {
     "long": (KEPLER, 0.1, 2500, {"curves": False}),
     "sparse": (TOP, 0.05, 1500, {"save_every": 7}),
     "acted upon": (
         KEPLER,
         0.1,
         30,
-        {"events": [galvi.Event(lambda q, v, t: q[0], action=turned)]},
+        {"events": [galvi.Event(lambda q, v, t: q[0], action=reversed_velocity)]},
     ),
     "ended at once": (
         KEPLER,
@@ -119,9 +125,9 @@ SHOWN: dict[str, tuple[Any, ...]] = {
 }
 
 
-@pytest.mark.parametrize("case", SHOWN)
+@pytest.mark.parametrize("case", SAVED_RUNS)
 def test_a_run_is_saved_loaded_and_resumed_with_its_states(case: str, tmp_path: Path) -> None:
-    problem, step, steps, options = SHOWN[case]
+    problem, step, steps, options = SAVED_RUNS[case]
     run = galvi.integrate(problem, FOUR, step, steps, **options)
     assert run.success, run.status
     galvi.save(run, tmp_path / "run")

@@ -1,5 +1,5 @@
-"""Ensembles in a folder and on the workers of an executor lose nothing and change nothing: a folder
-gives what would be computed now, whatever happened to its files."""
+"""Ensembles in a folder and on the workers of an executor: a folder gives what a new computation
+would give, whatever happened to its files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from galvi.ensembles import integrate_ensemble as engine
 from galvi.ensembles.folder import digest_of_galvi, identity
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
-K = 2.0
+STIFFNESS = 2.0
 ROOT = Path(__file__).parents[2]
 SYSTEMS = [
     make().system
@@ -39,7 +39,9 @@ SYSTEMS = [
 
 
 def traced():
-    return galvi.Problem(galvi.Canonical(1.0, lambda q: 0.5 * K * (q @ q)), [1.0, 0.5], [0.0, 0.2])
+    return galvi.Problem(
+        galvi.Canonical(1.0, lambda q: 0.5 * STIFFNESS * (q @ q)), [1.0, 0.5], [0.0, 0.2]
+    )
 
 
 def ensemble(folder=None, members=40, steps=3, **options):
@@ -50,15 +52,15 @@ def ensemble(folder=None, members=40, steps=3, **options):
     )
 
 
-def small(patch, members=8):
-    """Chunks and files of so few members."""
-    patch.setattr(engine, "PROBE", members)
-    patch.setattr(engine, "members_of_a_chunk", lambda *arguments: members)
+def set_chunk_size(monkeypatch, members=8):
+    """Chunks and files get ``members`` members."""
+    monkeypatch.setattr(engine, "PROBE", members)
+    monkeypatch.setattr(engine, "members_of_a_chunk", lambda *arguments: members)
 
 
 @pytest.fixture
 def small_files(monkeypatch):
-    small(monkeypatch)
+    set_chunk_size(monkeypatch)
 
 
 def end(run):
@@ -71,7 +73,7 @@ def compiled(t, q, p):
 
 
 class Potential:
-    """A potential of the caller's that cannot be traced."""
+    """A caller's potential that cannot be traced."""
 
     def __call__(self, q):
         return 0.5 * float(q[0]) ** 2
@@ -121,7 +123,7 @@ def test_so_does_a_potential_that_was_not_traced_and_the_version_is_part_of_the_
 
 @dataclasses.dataclass
 class Scaled:
-    """The last state times a number; ``other`` is what a class of the caller's may hold."""
+    """The last state times ``by``, as an attribute of a dataclass."""
 
     by: float
 
@@ -164,13 +166,13 @@ def test_what_a_function_holds_is_told_apart_beside_its_version(make, tmp_path):
 
 def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
     first = np.array(ensemble(tmp_path)[0])
-    monkeypatch.setitem(globals(), "K", 3.0)
+    monkeypatch.setitem(globals(), "STIFFNESS", 3.0)
     assert np.array_equal(ensemble(tmp_path)[0], ensemble()[0])
     assert not np.array_equal(ensemble(tmp_path)[0], first)
 
 
 def test_the_code_of_galvi_is_part_of_the_request(tmp_path, monkeypatch):
-    """And code that was changed while this process runs is not believed."""
+    """Code that changes while the process runs is refused."""
     module = tmp_path / "galvi" / "ensembles" / "folder.py"
     module.parent.mkdir(parents=True)
     monkeypatch.setattr(folders, "__file__", str(module))
@@ -209,8 +211,8 @@ def test_values_without_entries_are_kept_too(keep, tmp_path):
 # ---------------------------------------------------------------- files are not believed
 
 
-def rewritten(change):
-    """A file whose arrays are others."""
+def with_arrays(change):
+    """The damage that passes the arrays of a file through ``change``."""
 
     def damage(path, siblings, chance):
         with np.load(path) as file:
@@ -220,8 +222,8 @@ def rewritten(change):
     return damage
 
 
-def of_bytes(change):
-    """A file of other bytes."""
+def with_bytes(change):
+    """The damage that passes the bytes of a file and a random position through ``change``."""
 
     def damage(path, siblings, chance):
         content = bytearray(path.read_bytes())
@@ -230,34 +232,36 @@ def of_bytes(change):
     return damage
 
 
-def another(path, siblings, chance):
+def copy_of_another(path, siblings, chance):
     shutil.copyfile(siblings[chance.integers(len(siblings))], path)
 
 
-def folder(path, siblings, chance):
+def folder_in_place(path, siblings, chance):
     path.unlink()
     (path / "inside").mkdir(parents=True)
 
 
 DAMAGE = {
-    "a row less": rewritten(
+    "a row less": with_arrays(
         lambda arrays: {name: x[1:] if x.ndim else x for name, x in arrays.items()}
     ),
-    "no passes": rewritten(lambda arrays: {x: arrays[x] for x in arrays if x != "passes"}),
-    "another column": rewritten(lambda arrays: {**arrays, "more": arrays["passes"]}),
-    "no digest": rewritten(lambda arrays: {x: arrays[x] for x in arrays if x != "digest"}),
-    "other outcomes": rewritten(lambda arrays: {**arrays, "outcomes": np.array("[]")}),
-    "objects": rewritten(lambda arrays: {**arrays, "passes": arrays["passes"].astype(object)}),
-    "float32": rewritten(lambda arrays: {**arrays, "value0": arrays["value0"].astype(np.float32)}),
-    "another number": rewritten(
+    "no passes": with_arrays(lambda arrays: {x: arrays[x] for x in arrays if x != "passes"}),
+    "another column": with_arrays(lambda arrays: {**arrays, "more": arrays["passes"]}),
+    "no digest": with_arrays(lambda arrays: {x: arrays[x] for x in arrays if x != "digest"}),
+    "other outcomes": with_arrays(lambda arrays: {**arrays, "outcomes": np.array("[]")}),
+    "objects": with_arrays(lambda arrays: {**arrays, "passes": arrays["passes"].astype(object)}),
+    "float32": with_arrays(
+        lambda arrays: {**arrays, "value0": arrays["value0"].astype(np.float32)}
+    ),
+    "another number": with_arrays(
         lambda arrays: {**arrays, "passes": np.arange(len(arrays["passes"]))}
     ),
-    "a bit": of_bytes(lambda x, k: x[:k] + bytes([x[k] ^ 1 << k % 8]) + x[k + 1 :]),
-    "a cut": of_bytes(lambda x, k: x[:k]),
-    "zeros": of_bytes(lambda x, k: x[:k] + bytes(len(x[k : k + 100])) + x[k + 100 :]),
-    "an addition": of_bytes(lambda x, k: x + x[: k + 1]),
-    "another file": another,
-    "a folder": folder,
+    "a bit": with_bytes(lambda x, k: x[:k] + bytes([x[k] ^ 1 << k % 8]) + x[k + 1 :]),
+    "a cut": with_bytes(lambda x, k: x[:k]),
+    "zeros": with_bytes(lambda x, k: x[:k] + bytes(len(x[k : k + 100])) + x[k + 100 :]),
+    "an addition": with_bytes(lambda x, k: x + x[: k + 1]),
+    "another file": copy_of_another,
+    "a folder": folder_in_place,
 }
 
 
@@ -265,15 +269,17 @@ DAMAGE = {
 def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path, small_files):
     first, chance = ensemble(tmp_path), np.random.default_rng(7)
     files = sorted(tmp_path.glob("*.npz"))
-    contents, drawn = (
+    contents, damage_is_random = (
         {path: path.read_bytes() for path in files},
         damage.startswith(("a ", "zeros")),
     )
-    for path in [files[2]] if damage == "a folder" else files[: 5 if drawn else 1]:
+    for path in [files[2]] if damage == "a folder" else files[: 5 if damage_is_random else 1]:
         DAMAGE[damage](path, [file for file in files if file != path], chance)
-        again = ensemble(tmp_path)
-        assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
-        reported = "4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(again)
+        reloaded = ensemble(tmp_path)
+        assert np.array_equal(np.asarray(reloaded), np.asarray(first)) and np.all(reloaded.success)
+        reported = "4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(
+            reloaded
+        )
         assert reported or damage in ("a bit", "zeros", "an addition")  # which may change nothing
         if path.is_file():
             path.write_bytes(contents[path])
@@ -282,15 +288,15 @@ def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path,
 
 def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
     first = ensemble(tmp_path)
-    some, *files = sorted(tmp_path.glob("*.npz"))
-    request, content = some.name.partition("-")[0], some.read_bytes()
-    for path in (some, *files):
+    original, *files = sorted(tmp_path.glob("*.npz"))
+    request, content = original.name.partition("-")[0], original.read_bytes()
+    for path in (original, *files):
         path.unlink()
     for members in ("256-0", "0-0", "5-6", "0-3", "0-100000"):
         (tmp_path / f"{request}-{members}.npz").write_bytes(content)
-    again = ensemble(tmp_path)
-    assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
-    assert again.files.startswith("files: 0 loaded, 5 computed")
+    recomputed = ensemble(tmp_path)
+    assert np.array_equal(np.asarray(recomputed), np.asarray(first)) and np.all(recomputed.success)
+    assert recomputed.files.startswith("files: 0 loaded, 5 computed")
 
 
 # ---------------------------------------------------------------- who writes, and where
@@ -299,7 +305,7 @@ def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
 def test_processes_that_began_at_once_may_have_files_of_other_sizes(tmp_path, monkeypatch):
     ends = []
     for members in (8, 16):
-        small(monkeypatch, members)
+        set_chunk_size(monkeypatch, members)
         ends.append(ensemble(tmp_path / str(members)))
         shutil.copytree(tmp_path / str(members), tmp_path / "both", dirs_exist_ok=True)
     assert np.array_equal(*ends) and len(list((tmp_path / "both").iterdir())) == 5 + 2
@@ -356,12 +362,12 @@ def test_the_states_that_a_function_is_given_count_as_memory(monkeypatch):
 def test_what_travels_is_text_and_numbers():
     sent = []
 
-    class Far(ThreadPoolExecutor):
+    class RemoteExecutor(ThreadPoolExecutor):
         def submit(self, function, chunk):
             sent.append(pickle.dumps(chunk))
             return super().submit(function, pickle.loads(sent[-1]))
 
-    with Far(1) as executor:
+    with RemoteExecutor(1) as executor:
         assert np.array_equal(ensemble(members=16, executor=executor), ensemble(members=16))
     assert b"def law" in sent[0] or b"law = " in sent[0]
     assert b"Dispatcher" not in sent[0] and b"galvi.problem" not in sent[0]
@@ -383,14 +389,14 @@ def test_half_a_file_is_never_left(tmp_path, monkeypatch):
 def test_ctrl_c_stops_threads_and_leaves_what_is_done(tmp_path, monkeypatch, small_files):
     save, members = folders.Folder.save, []
 
-    def third(self, *arguments):
+    def save_then_interrupt(self, *arguments):
         save(self, *arguments)
         members.append(arguments[0])
         if len(members) == 3:
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
-        patched.setattr(folders.Folder, "save", third)
+        patched.setattr(folders.Folder, "save", save_then_interrupt)
         ensemble(tmp_path)
     assert len(list(tmp_path.glob("*.npz"))) == 3
     assert not [t for t in threading.enumerate() if t.name.startswith("ThreadPool")]
@@ -402,7 +408,7 @@ import os, signal, sys
 import numpy as np
 from tests.properties import test_ensemble_folder as tests
 
-tests.small(__import__("pytest").MonkeyPatch(), 16)
+tests.set_chunk_size(__import__("pytest").MonkeyPatch(), 16)
 folder, mid_write = sys.argv[1], int(sys.argv[2])
 write, count = np.savez, 0
 
@@ -426,12 +432,12 @@ tests.ensemble(folder, 2000, 300)
 @pytest.mark.slow(beside="test_half_a_file_is_never_left")
 def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
     """25 kills of a client at any time, 20 in the middle of a file, and 5 of workers."""
-    small(monkeypatch, 16)
+    set_chunk_size(monkeypatch, 16)
     chance, truth, kills = random.Random(5), ensemble(None, 2000, 300), 0
     while kills < 45:
         mid_write = chance.randint(1, 4) if kills >= 25 else 0
         files = sorted(tmp_path.glob("*.npz"))
-        if len(files) > 100:  # nearly done: begin anew
+        if len(files) > 100:  # nearly complete: delete most of them
             for path in chance.sample(files, 90):
                 path.unlink()
         contents = {path: path.read_bytes() for path in tmp_path.glob("*.npz")}

@@ -1,4 +1,4 @@
-"""Members of a tree with other gravity, masses, damping, stiffness and armature."""
+"""Ensembles of trees whose members differ in gravity, masses, damping, stiffness and armature."""
 
 from __future__ import annotations
 
@@ -39,12 +39,14 @@ def ends(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> np.ndarra
     q, v = (np.repeat(x[None], n, axis=0) for x in (problem.q0, problem.v0))
     ensemble = galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 20, parameters=parameters)
     assert set(ensemble.status) == {"Completed."}
-    several = problem.q0.shape != problem.v0.shape  # then q and p are apart
-    return np.asarray(ensemble[0] if several else np.asarray(ensemble)[:, 0]).reshape(n, -1)
+    separate_arrays = (
+        problem.q0.shape != problem.v0.shape
+    )  # then the ensemble keeps q and p in arrays of their own
+    return np.asarray(ensemble[0] if separate_arrays else np.asarray(ensemble)[:, 0]).reshape(n, -1)
 
 
-def off(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> float:
-    """The largest distance of a member's end from that of the tree by itself."""
+def largest_error(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> float:
+    """The largest difference between the end of a member and that of a single run of its tree."""
     worst = 0.0
     for k, end in enumerate(ends(problem, parameters)):
         system = problem.system.with_numbers(**{name: x[k] for name, x in parameters.items()})
@@ -54,26 +56,26 @@ def off(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> float:
 
 
 @pytest.mark.slow(beside="test_earth_and_moon")
-@pytest.mark.parametrize("kind", STARTS)
-def test_members_are_trees_with_their_numbers(kind: str) -> None:
-    """Three members, some of whose numbers are 0; masses are above it."""
-    problem, random = STARTS[kind], np.random.default_rng(3)
+@pytest.mark.parametrize("name_of_start", STARTS)
+def test_members_are_trees_with_their_numbers(name_of_start: str) -> None:
+    """Three members, some of whose numbers are 0, except the masses."""
+    problem, random = STARTS[name_of_start], np.random.default_rng(3)
     system, parameters = problem.system, {}
     for name in system.varied_names:
         parameters[name] = random.uniform(0.2, 2.0, (3, *system.shape_of(name)))
         if name != "masses":
             parameters[name][random.random(parameters[name].shape) < 0.4] = 0.0
-    assert off(problem, parameters) < 1e-12
-    assert off(problem, {"masses": parameters["masses"]}) < 1e-12
+    assert largest_error(problem, parameters) < 1e-12
+    assert largest_error(problem, {"masses": parameters["masses"]}) < 1e-12
 
 
 def test_earth_and_moon() -> None:
     """A pendulum of 1 m from a small angle: its periods are in proportion to 1 / sqrt(g)."""
-    ball = galvi.Link(galvi.Joint("hinge", axis=(0, 1, 0)), 1.0, (0, 0, -1), (1e-9,) * 3)
-    problem = galvi.Problem(galvi.Multibody([ball]), [1e-4], [0.0])
-    places = ends(problem, {"gravity": np.array([[0, 0, -9.81], [0, 0, -1.62]])})
+    bob = galvi.Link(galvi.Joint("hinge", axis=(0, 1, 0)), 1.0, (0, 0, -1), (1e-9,) * 3)
+    problem = galvi.Problem(galvi.Multibody([bob]), [1e-4], [0.0])
+    angles_at_end = ends(problem, {"gravity": np.array([[0, 0, -9.81], [0, 0, -1.62]])})
     angles = 1e-4 * np.cos(np.sqrt([9.81, 1.62]) * 0.4)
-    assert places[:, 0] == pytest.approx(angles, rel=1e-7)
+    assert angles_at_end[:, 0] == pytest.approx(angles, rel=1e-7)
 
 
 @pytest.mark.slow(
@@ -82,7 +84,7 @@ def test_earth_and_moon() -> None:
 def test_a_parameter_that_is_left_out_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: damping whose law has only the terms that the first member needs."""
     parameters = {"damping": np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]])}
-    assert off(STARTS["hinges"], parameters) < 1e-13
+    assert largest_error(STARTS["hinges"], parameters) < 1e-13
     lines = "def force(q, v, t, c):\n    return [0.0 * c[0], 0.0 * c[1], 0.0 * c[2]]\n"
     lines_of = laws_of_systems.lines_of
     monkeypatch.setattr(

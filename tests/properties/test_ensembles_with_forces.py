@@ -1,5 +1,5 @@
-"""Members of a tree whose forces have branches, and forces that follow masses, by MuJoCo and in
-closed form."""
+"""Ensembles of trees whose forces have branches, and forces that depend on masses, against MuJoCo
+and closed forms."""
 
 from __future__ import annotations
 
@@ -30,39 +30,39 @@ STARTS = np.array([[0.5, 1.0], [-0.5, -1.0], [0.05, 0.1], [0.6, 0.2]])  # q, v
 MASSES = np.array([[1.0], [4.0], [0.5], [2.0]])
 
 
-def hinge(kind: str) -> galvi.Problem:
+def hinge(name: str) -> galvi.Problem:
     return galvi.from_mujoco(
-        HINGE.format(**{"option": "", "joint": "", "more": ""} | BRANCHES[kind])
+        HINGE.format(**{"option": "", "joint": "", "more": ""} | BRANCHES[name])
     )
 
 
-def members(problem: galvi.Problem, chosen: list[int], masses: bool, **options: Any) -> Any:
-    parameters = {"masses": MASSES[chosen]} if masses else None
-    q, v = STARTS[chosen, :1], STARTS[chosen, 1:]
+def members(problem: galvi.Problem, rows: list[int], vary_masses: bool, **options: Any) -> Any:
+    parameters = {"masses": MASSES[rows]} if vary_masses else None
+    q, v = STARTS[rows, :1], STARTS[rows, 1:]
     return galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 5, parameters=parameters, **options)
 
 
 @pytest.mark.slow_cases(but=["a medium-masses"])
-@pytest.mark.parametrize("masses", [False, True], ids=["", "masses"])
-@pytest.mark.parametrize("kind", BRANCHES)
-def test_members_with_branches_are_runs_by_themselves(kind: str, masses: bool) -> None:
-    problem = hinge(kind)
-    ends = members(problem, [0, 1, 2, 3], masses)
-    q, p = members(problem, [0, 1, 2, 3], masses, keep=galvi.StatesAt([0.0, 0.04, 0.1])).kept
+@pytest.mark.parametrize("vary_masses", [False, True], ids=["", "masses"])
+@pytest.mark.parametrize("name", BRANCHES)
+def test_members_with_branches_are_runs_by_themselves(name: str, vary_masses: bool) -> None:
+    problem = hinge(name)
+    ends = members(problem, [0, 1, 2, 3], vary_masses)
+    q, p = members(problem, [0, 1, 2, 3], vary_masses, keep=galvi.StatesAt([0.0, 0.04, 0.1])).kept
     assert set(ends.status) == {"Completed."}
     for k in range(4):
-        system = problem.system.with_numbers(masses=MASSES[k]) if masses else problem.system
+        system = problem.system.with_numbers(masses=MASSES[k]) if vary_masses else problem.system
         run = galvi.integrate(galvi.Problem(system, *STARTS[k][:, None]), EIGHT, 0.02, 5)
         assert run.success
         np.testing.assert_allclose(q[k], run.q[[0, 2, 5]], rtol=0, atol=1e-14)  # 6e-17
         np.testing.assert_allclose(p[k], run.p[[0, 2, 5]], rtol=0, atol=1e-13)  # 4e-16
-    subset = members(problem, [3, 1], masses)
+    subset = members(problem, [3, 1], vary_masses)
     assert np.array_equal(np.asarray(subset), np.asarray(ends)[[3, 1]])
 
 
 def test_a_member_beyond_a_limit_fails_alone() -> None:
     problem = hinge("a limit on a joint")
-    starts = np.array([[0.1, 0.0], [0.1, 9.0], [0.95, 0.0]])  # the last is beyond at the start
+    starts = np.array([[0.1, 0.0], [0.1, 9.0], [0.95, 0.0]])  # the last starts beyond the limit
     ends = galvi.integrate_ensemble(problem, starts[:, :1], starts[:, 1:], EIGHT, 0.02, 40)
     run = galvi.integrate(problem.with_initial_state(*starts[1][:, None]), EIGHT, 0.02, 40)
     assert ends.status[0] == "Completed." and ends.status[1].startswith(run.status)
@@ -80,14 +80,14 @@ TREE = """<mujoco><option density="100" viscosity=".1" wind="1 0 2"/><worldbody>
 <inertial pos="0 .1 -.4" mass="1" diaginertia=".02 .03 .01" quat="1 .2 .4 .3"/>
 </body></body></worldbody>
 <actuator><position joint="b" kp="3" dampratio=".7"/></actuator></mujoco>"""
-OTHERS = [[1.0, 1.0], [4.0, 0.3], [0.0, 1.0], [2.0, 0.0]]
+VARIED_MASSES = [[1.0, 1.0], [4.0, 0.3], [0.0, 1.0], [2.0, 0.0]]
 
 
 def test_forces_follow_masses_as_in_mujoco() -> None:
-    """And stiffness and damping that its compiler finds from masses stay."""
+    """Stiffness and damping that MuJoCo's compiler derived from the masses stay as they were."""
     problem, model = galvi.from_mujoco(TREE), mujoco.MjModel.from_xml_string(TREE)
     mj_data, q, v = mujoco.MjData(model), [0.3, 0.7], [1.0, -2.0]
-    for masses in OTHERS:
+    for masses in VARIED_MASSES:
         model.body_mass[1:], mj_data.qpos[:], mj_data.qvel[:] = masses, q, v
         mujoco.mj_forward(model, mj_data)
         system = problem.system.with_numbers(masses=masses)
@@ -114,7 +114,7 @@ def test_a_saved_run_in_a_medium_can_get_other_masses(tmp_path: Any) -> None:
     run = galvi.integrate(problem, EIGHT, 0.01, 3)
     galvi.save(run, tmp_path / "run.npz")
     stored = galvi.load(tmp_path / "run.npz").problem.system
-    for system in (stored, stored.with_numbers(masses=OTHERS[1])):
+    for system in (stored, stored.with_numbers(masses=VARIED_MASSES[1])):
         expected = problem.system.with_numbers(masses=[link.mass for link in system.links])
         state = [0.3, 0.7], [1.0, -2.0]
         assert np.array_equal(system.acceleration(*state), expected.acceleration(*state))

@@ -19,7 +19,9 @@ from galvi.run.states import RunStates
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FRAME = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())
-EVEN = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame(even=True))
+FRAME_LINEAR_TIME = galvi.Galerkin(
+    galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame(even=True)
+)
 NESTED = galvi.Galerkin(
     galvi.Polynomials(8), galvi.gauss(8), chart=galvi.KeplerFrame(hierarchy=(0, (1, 2), 3))
 )
@@ -46,7 +48,7 @@ def orbit(e: float = 0.3) -> galvi.Problem:
 def test_apsides_are_at_multiples_of_half_a_period(method: Any) -> None:
     run = galvi.integrate(orbit(), method, 0.4, duration=40.0)
     apsides = galvi.find_events(run, galvi.events.apsis("planet", "star"))
-    assert len(apsides) == 12  # that at the start is none
+    assert len(apsides) == 12  # the one at the start does not count
     assert np.max(np.abs(apsides.t - math.pi * np.arange(1, 13))) < 1e-10
     assert np.allclose(apsides.value[::2], 1.3, atol=1e-11)
     assert np.allclose(apsides.value[1::2], 0.7, atol=1e-11)
@@ -113,13 +115,13 @@ def test_angles_of_a_pendulum_pass_up_to_whole_turns() -> None:
     problem = galvi.Problem(galvi.Canonical(1.0, galvi.CosinePotential(1.0)), [0.0], [2.5])
     run = galvi.integrate(problem, EIGHT, 0.2, 100)
     hits = galvi.find_events(run, galvi.events.angle(0, 1.0))
-    turns = (hits.value - 1.0) / (2.0 * math.pi)
+    revolutions = (hits.value - 1.0) / (2.0 * math.pi)
     assert len(hits) == math.floor((run.q[-1, 0] - 1.0) / (2.0 * math.pi)) + 1
-    assert np.allclose(turns, np.arange(len(hits)), atol=1e-9)
+    assert np.allclose(revolutions, np.arange(len(hits)), atol=1e-9)
 
 
 def test_a_joint_is_given_by_number_or_by_name() -> None:
-    """Of a free body the height is entry 2, and the angle of a knee on it entry 12."""
+    """In a configuration the height of the torso is entry 2, and the angle of the knee entry 12."""
     torso = galvi.Link(galvi.Joint("free", name="torso"), 1.0, inertia=1.0)
     knee = galvi.Joint("hinge", axis=(0, 1, 0), name="knee")
     tree = galvi.Multibody([torso, galvi.Link(knee, 1.0, (0, 0, -0.5), 0.01, parent=0)])
@@ -135,12 +137,14 @@ def test_a_joint_is_given_by_number_or_by_name() -> None:
 
 
 @pytest.mark.slow_cases("1-1")
-@pytest.mark.parametrize(("power", "many"), [(1, 1), (3, 1), (9, 1), (0, 0)])
-def test_a_multiple_root_is_one_event_and_a_function_that_is_0_none(power: int, many: int) -> None:
+@pytest.mark.parametrize(("power", "expected_count"), [(1, 1), (3, 1), (9, 1), (0, 0)])
+def test_a_multiple_root_is_one_event_and_a_function_that_is_0_none(
+    power: int, expected_count: int
+) -> None:
     run = galvi.integrate(FREE, EIGHT, 0.7, 10)
     event = galvi.Event(lambda q, v, t: (q[0] - 3.0) ** power if power else 0.0 * q[0])
     hits = galvi.find_events(run, event)
-    assert len(hits) == many and np.all(np.abs(hits.t - 3.0) < 0.1)
+    assert len(hits) == expected_count and np.all(np.abs(hits.t - 3.0) < 0.1)
 
 
 @given(st.lists(st.floats(0.05, 5.95), min_size=1, max_size=5, unique=True), st.floats(0.3, 1.1))
@@ -184,13 +188,13 @@ def test_states_at_many_times_are_those_at_each() -> None:
 
 
 def planets(ratio: float, n: int = 4, e: float = 0.0, mass: float = 1e-5) -> galvi.Problem:
-    """A star and n planets on orbits whose axes have that ratio, from their apocentres."""
+    """A star and n planets at apocentre, whose semi-major axes grow by factors of ``ratio``."""
     a, phase = ratio ** np.arange(n), 2.4 * np.arange(n)
     q, v = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
-    out = np.stack([np.cos(phase), np.sin(phase), 0.01 * np.cos(3.0 * phase)], axis=1)
-    along = np.stack([-np.sin(phase), np.cos(phase), 0.0 * phase], axis=1)
-    q[1:] = (a * (1.0 + e))[:, None] * out
-    v[1:] = np.sqrt((1.0 - e) / (1.0 + e) / a)[:, None] * along
+    radial_directions = np.stack([np.cos(phase), np.sin(phase), 0.01 * np.cos(3.0 * phase)], axis=1)
+    tangential_directions = np.stack([-np.sin(phase), np.cos(phase), 0.0 * phase], axis=1)
+    q[1:] = (a * (1.0 + e))[:, None] * radial_directions
+    v[1:] = np.sqrt((1.0 - e) / (1.0 + e) / a)[:, None] * tangential_directions
     return galvi.Problem(galvi.NBody(np.append(1.0, np.full(n, mass))), q, v)
 
 
@@ -201,10 +205,10 @@ def moon() -> galvi.Problem:
     return galvi.Problem(galvi.NBody(np.array([1.0, 1e-3, 1e-6, 1e-4])), q, v)
 
 
-RUNS: dict[str, Any] = {  # problem, method, step, length
+RUNS: dict[str, Any] = {  # problem, method, step, duration or number of steps
     "frame": (OUTER, FRAME, 400.0, {"steps": 300}),
-    "frame, long steps": (planets(1.4), EVEN, 2.0, {"steps": 60}),
-    "frame backwards, eccentric": (planets(1.9, 3, 0.3), EVEN, -1.0, {"steps": 150}),
+    "frame, long steps": (planets(1.4), FRAME_LINEAR_TIME, 2.0, {"steps": 60}),
+    "frame backwards, eccentric": (planets(1.9, 3, 0.3), FRAME_LINEAR_TIME, -1.0, {"steps": 150}),
     "frame, pairs": (moon(), NESTED, 0.015, {"steps": 400}),
     "clock": (OUTER, CLOCK, 0.4, {"duration": 1.2e5}),
     "clock backwards": (planets(1.4, 3, 0.3), CLOCK, -0.2, {"duration": 30.0}),
@@ -212,14 +216,14 @@ RUNS: dict[str, Any] = {  # problem, method, step, length
 }
 
 
-def ran(name: str) -> galvi.Trajectory:
+def run_of(name: str) -> galvi.Trajectory:
     *arguments, length = RUNS[name]
     return galvi.integrate(*arguments, **length)
 
 
-def densely(run: Any, function: Any, points: int = 150) -> Any:
-    """The times at which a function (q, v, t) of many states rises or falls through 0 on the curves
-    of a run, from many times in each step, by halving."""
+def crossings_by_bisection(run: Any, function: Any, points: int = 150) -> Any:
+    """The times at which a function of many states (q, v, t) changes sign on the curves of a run:
+    from ``points`` times in each step, by bisection. A root at the start does not count."""
     t = np.concatenate(
         [
             a + (b - a) * np.arange(points) / points
@@ -232,7 +236,7 @@ def densely(run: Any, function: Any, points: int = 150) -> Any:
 
     values = value(t)
     k = np.flatnonzero(values[1:] * values[:-1] < 0.0)
-    k = k[k > 0]  # that at the start is none
+    k = k[k > 0]  # a root at the start does not count
     low, high, sign = t[k].copy(), t[k + 1].copy(), np.sign(values[k])
     for _ in range(45):
         middle = 0.5 * (low + high)
@@ -242,7 +246,7 @@ def densely(run: Any, function: Any, points: int = 150) -> Any:
 
 
 def radial(q: Any, v: Any, t: Any) -> Any:
-    """q . v of bodies 1 and 2, or of one."""
+    """q . v of body 1 relative to body 2, or of a single body, for many states."""
     if q.ndim == 2:
         return np.sum(q * v, axis=1)
     return np.sum((q[:, 1] - q[:, 2]) * (v[:, 1] - v[:, 2]), axis=1)
@@ -252,30 +256,30 @@ def radial(q: Any, v: Any, t: Any) -> Any:
 @pytest.mark.slow_cases(but=["frame, long steps", "clock backwards"])
 @pytest.mark.parametrize("name", RUNS)
 def test_events_of_many_steps_are_those_of_a_dense_search(name: str) -> None:
-    run = ran(name)
+    run = run_of(name)
     assert run.success, run.status
     event = galvi.events.apsis(1, 2)
     if run.q.ndim == 2:
         event = galvi.Event(lambda q, v, t: q[0] * v[0] + q[1] * v[1])
-    hits, expected = galvi.find_events(run, event), densely(run, radial)
+    hits, expected = galvi.find_events(run, event), crossings_by_bisection(run, radial)
     assert hits.status == "" and len(expected) > 5
     assert len(hits) == len(expected)
     step = np.abs(np.diff(run.t)).max()
     assert np.max(np.abs(hits.t - expected)) < 1e-6 * step  # 5e-7: that of the curves
     if hits.q.ndim == 3:
-        gap = np.linalg.norm(hits.q[:, 1] - hits.q[:, 2], axis=1)
-        assert np.allclose(hits.value, gap, rtol=1e-14)
-        at = galvi.states_at(run, hits.t[:3])[0]
-        assert np.allclose(hits.q[:3], at, rtol=1e-11, atol=1e-11 * np.abs(at).max())
+        distances = np.linalg.norm(hits.q[:, 1] - hits.q[:, 2], axis=1)
+        assert np.allclose(hits.value, distances, rtol=1e-14)
+        states = galvi.states_at(run, hits.t[:3])[0]
+        assert np.allclose(hits.q[:3], states, rtol=1e-11, atol=1e-11 * np.abs(states).max())
 
 
 @fast
 @pytest.mark.parametrize("name", ["frame", "clock"])
 def test_a_function_of_velocity_and_time_is_found_in_frames_and_clocks(name: str) -> None:
-    run = ran(name)
+    run = run_of(name)
     middle = 0.41234 * run.t[-1]
     hits = galvi.find_events(run, galvi.Event(lambda q, v, t: v[1, 0] * (t - middle)))
-    expected = densely(run, lambda q, v, t: v[:, 1, 0] * (t - middle), 40)
+    expected = crossings_by_bisection(run, lambda q, v, t: v[:, 1, 0] * (t - middle), 40)
     assert len(hits) == len(expected) > 20
     assert np.max(np.abs(hits.t - expected)) < 1e-6 * np.abs(np.diff(run.t)).max()
 
@@ -296,11 +300,11 @@ def test_one_event_of_all_pairs_is_those_of_each(name: str) -> None:
     assert len(all_pairs) > 10 and len(set(all_pairs.name)) > 3
     assert np.array_equal(all_pairs.t, by_pair.t) and all_pairs.name == by_pair.name
     assert np.array_equal(all_pairs.value, by_pair.value) and np.all(all_pairs.index == 0)
-    three = galvi.find_events(run, galvi.events.within("any", 3, 0.1))
-    with_third = [
+    with_body_3 = galvi.find_events(run, galvi.events.within("any", 3, 0.1))
+    rows_with_body_3 = [
         k for k, name in enumerate(by_pair.name) if name.startswith("3 ") or " and 3 " in name
     ]
-    assert np.array_equal(three.t, by_pair.t[with_third]) and len(with_third) > 0
+    assert np.array_equal(with_body_3.t, by_pair.t[rows_with_body_3]) and len(rows_with_body_3) > 0
 
 
 @fast
@@ -308,7 +312,7 @@ def test_one_event_of_all_pairs_is_those_of_each(name: str) -> None:
 def test_no_place_is_sought_and_no_state_reached_by_itself(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run = ran(name)
+    run = run_of(name)
     for kind in (FrameCurves, ClockCurves):
         for part in ("position", "velocity"):
             monkeypatch.setattr(kind, part, lambda *arguments: pytest.fail("a place by itself"))
@@ -332,15 +336,15 @@ def test_hill_radii_are_those_of_the_pair_at_that_time() -> None:
     def outside(q: Any, v: Any, t: Any) -> Any:
         star, inner, outer = q[:, 0], q[:, 2], q[:, 3]
         norm = functools.partial(np.linalg.norm, axis=1)
-        about = norm(inner - star) + norm(outer - star)
-        return norm(inner - outer) - 7.0 * np.cbrt(2e-6) * 0.5 * about
+        summed_distances = norm(inner - star) + norm(outer - star)
+        return norm(inner - outer) - 7.0 * np.cbrt(2e-6) * 0.5 * summed_distances
 
-    expected = densely(run, outside, 8)
+    expected = crossings_by_bisection(run, outside, 8)
     pair = galvi.find_events(run, galvi.events.within(2, 3, hill_radii=7.0))
     assert len(pair) == len(expected) > 2 and np.max(np.abs(pair.t - expected)) < 1e-7
     all_pairs = galvi.find_events(run, galvi.events.within("any", "any", hill_radii=7.0))
-    of_pair = [name == "2 and 3 at 7 Hill radii" for name in all_pairs.name]
-    assert np.array_equal(pair.t, all_pairs.t[of_pair]) and len(all_pairs) > 10
+    is_pair = [name == "2 and 3 at 7 Hill radii" for name in all_pairs.name]
+    assert np.array_equal(pair.t, all_pairs.t[is_pair]) and len(all_pairs) > 10
 
 
 @fast

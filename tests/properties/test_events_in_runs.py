@@ -1,4 +1,4 @@
-"""Events while a run goes on: they end it, change it, and are kept with it."""
+"""Events during a run: they end it, change its state, and are saved with it."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ GROUND = galvi.Event(height, -1, terminal=True, name="ground")
 
 
 def ball(t: Any) -> Any:
-    """The height of a ball that bounces without loss."""
-    since = (t + FALL) % (2.0 * FALL) - FALL
-    return 1.0 - 0.5 * since**2
+    """The height at time t of a ball that falls from 1 and bounces without loss."""
+    time_from_top = (t + FALL) % (2.0 * FALL) - FALL
+    return 1.0 - 0.5 * time_from_top**2
 
 
 @pytest.mark.slow_cases("0.3")
@@ -47,8 +47,8 @@ def test_a_ball_bounces_as_in_closed_form(step: float) -> None:
     between = 0.5 * (run.t[1:] + run.t[:-1])
     assert np.max(np.abs(run(between)[:, 0] - ball(np.abs(between)))) < 1e-11
     assert np.max(np.abs(galvi.states_at(run, between)[0][:, 0] - ball(np.abs(between)))) < 1e-11
-    again = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0] - 0.5))
-    assert abs(len(again) - 128) <= 1
+    crossings = galvi.find_events(run, galvi.Event(lambda q, v, t: q[0] - 0.5))
+    assert abs(len(crossings) - 128) <= 1
 
 
 def test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid() -> None:
@@ -56,22 +56,22 @@ def test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid() -> Non
     assert run.success and run.outcome.end is galvi.End.STOPPED_BY_EVENT
     assert run.outcome.event == "ground" and abs(run.outcome.time - math.sqrt(2.0)) < 1e-12
     assert abs(run.t[-1] - FALL) < 1e-14 and abs(run.q[-1, 0]) < 1e-14 and len(run) == 6
-    undisturbed = galvi.integrate(BALL, EIGHT, 0.3, 20)
+    uncut = galvi.integrate(BALL, EIGHT, 0.3, 20)
     resumed = galvi.resume(run, 10)
-    assert resumed.t[0] == run.t[-1] and np.array_equal(resumed.q[1:], undisturbed.q[5:15])
-    assert np.array_equal(resumed.t[1:], undisturbed.t[5:15]) and len(resumed.events) == 0
+    assert resumed.t[0] == run.t[-1] and np.array_equal(resumed.q[1:], uncut.q[5:15])
+    assert np.array_equal(resumed.t[1:], uncut.t[5:15]) and len(resumed.events) == 0
     assert np.allclose(run(run.t), run.q, atol=1e-14)
 
 
 def test_times_and_the_end_have_the_order_of_the_steps_and_not_of_the_curve() -> None:
-    three = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
     problem, steps, errors = galvi.problems.harmonic_oscillator(), np.array([0.5, 0.4, 0.3]), []
-    t = 2.0 * math.pi - math.acos(0.3)
+    crossing_time = 2.0 * math.pi - math.acos(0.3)
     for h in steps:
-        stop = galvi.Event(lambda q, v, t: q[0] - 0.3, 1, terminal=True)
-        run = galvi.integrate(problem, three, h, 100, events=stop)
+        stop = galvi.Event(lambda q, v, crossing_time: q[0] - 0.3, 1, terminal=True)
+        run = galvi.integrate(problem, method, h, 100, events=stop)
         assert run.t[-1] == run.events.t[0]
-        errors.append(abs(run.t[-1] - t) + abs(run.p[-1, 0] - math.sin(math.acos(0.3))))
+        errors.append(abs(run.t[-1] - crossing_time) + abs(run.p[-1, 0] - math.sin(math.acos(0.3))))
     assert 5.3 < np.polyfit(np.log(steps), np.log(errors), 1)[0] < 6.7
 
 
@@ -83,9 +83,9 @@ def test_in_a_clock_an_action_resets_the_energy() -> None:
     assert abs(t0 - math.pi) < 1e-12 and run.t[-1] == 9.0
     assert np.all(np.diff(run.t) > 0.0) and np.all(np.diff(run.tau) > 0.0)
     continued = galvi.integrate(galvi.Problem(ORBIT.system, q, v), IN_CLOCK, 0.3, duration=1.0)
-    at = galvi.states_at(run, t0 + 1.0)
-    assert np.max(np.abs(at[0] - continued.q[-1])) < 1e-11
-    assert np.max(np.abs(at[1] - continued.p[-1])) < 1e-11
+    states = galvi.states_at(run, t0 + 1.0)
+    assert np.max(np.abs(states[0] - continued.q[-1])) < 1e-11
+    assert np.max(np.abs(states[1] - continued.p[-1])) < 1e-11
 
 
 def test_a_terminal_event_in_a_clock_leaves_the_grid_alone() -> None:
@@ -101,8 +101,8 @@ def test_a_terminal_event_in_a_clock_leaves_the_grid_alone() -> None:
 @pytest.mark.parametrize("method", [EIGHT, IN_CLOCK], ids=("steps", "clock"))
 def test_no_events_are_none_of_any_kind(events: Any, method: Any) -> None:
     run = galvi.integrate(ORBIT, method, 0.1, 2, duration=None, events=events)
-    many = galvi.integrate_many([ORBIT], method, 0.1, 2, events=events)
-    for trajectory in (run, galvi.resume(run, 2, events=events), *many):
+    runs = galvi.integrate_many([ORBIT], method, 0.1, 2, events=events)
+    for trajectory in (run, galvi.resume(run, 2, events=events), *runs):
         assert trajectory.success and trajectory.events is None
 
 
@@ -149,9 +149,9 @@ def test_a_run_resumed_after_actions_is_one_long_run() -> None:
 
 def test_a_thinned_run_that_an_event_ends_has_its_rows_and_its_curve() -> None:
     stop = galvi.Event(lambda q, v, t: q[1], terminal=True)
-    few = galvi.integrate(ORBIT, EIGHT, 0.1, 43, save_every=10, events=stop)
-    assert len(few) == 5 and abs(few.t[-1] - math.pi) < 1e-12
-    assert np.max(np.abs(few(few.t[:-1]) - few.q[:-1])) < 1e-13
+    thinned = galvi.integrate(ORBIT, EIGHT, 0.1, 43, save_every=10, events=stop)
+    assert len(thinned) == 5 and abs(thinned.t[-1] - math.pi) < 1e-12
+    assert np.max(np.abs(thinned(thinned.t[:-1]) - thinned.q[:-1])) < 1e-13
 
 
 def test_events_behind_an_action_are_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,8 +159,8 @@ def test_events_behind_an_action_are_counted_once(monkeypatch: pytest.MonkeyPatc
     unbounded = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
     for module in (events_in_runs, search):
         monkeypatch.setattr(module, "MAX_EVENTS", len(unbounded.events))
-    again = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
-    assert len(again.events) == len(unbounded.events) > 60 and again.success, again.status
+    bounded = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
+    assert len(bounded.events) == len(unbounded.events) > 60 and bounded.success, bounded.status
 
 
 def test_several_runs_pass_their_events_on() -> None:
@@ -184,8 +184,10 @@ def test_an_ensemble_keeps_events(tmp_path: Path) -> None:
     assert rows.shape == (2, 3, 5) and np.all(rows[:, :, 4] == 2.0)
     assert np.max(np.abs(rows[0, :2, 0] - [math.pi, 2.0 * math.pi])) < 1e-12
     assert np.all(np.isnan(rows[:, 2, :4]))
-    again = galvi.integrate_ensemble(ORBIT, ORBIT.q0, v, EIGHT, 0.1, 80, **options)
-    assert np.array_equal(np.asarray(again), rows, equal_nan=True) and "1 loaded" in again.files
+    reloaded = galvi.integrate_ensemble(ORBIT, ORBIT.q0, v, EIGHT, 0.1, 80, **options)
+    assert (
+        np.array_equal(np.asarray(reloaded), rows, equal_nan=True) and "1 loaded" in reloaded.files
+    )
 
 
 def test_an_event_that_chatters_ends_the_run() -> None:

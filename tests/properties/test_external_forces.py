@@ -1,4 +1,4 @@
-"""Forces of a user, in every form: against SciPy and closed forms, also where they are stiff."""
+"""A user's forces, in every form, against SciPy and closed forms, also where they are stiff."""
 
 import functools
 
@@ -15,33 +15,33 @@ from tests.properties.forced_systems import (
     SYSTEMS,
     compiled,
     drag,
-    moving_gradient,
-    no_gradient,
     spring_gradient,
-    windy,
+    timed_gradient,
+    windy_drag,
+    zero_gradient,
 )
 
 
 @functools.cache
 def truth(timed_potential, timed_force, duration=4.0):
-    def slope(t, y):
+    def right_side(t, y):
         q, v = y[:2], y[2:]
-        pull = moving_gradient(q, t) if timed_potential else spring_gradient(q)
-        push = windy(q, v, t) if timed_force else drag(q, v)
+        pull = timed_gradient(q, t) if timed_potential else spring_gradient(q)
+        push = windy_drag(q, v, t) if timed_force else drag(q, v)
         return np.concatenate([v, np.linalg.solve(MASS, push - pull)])
 
     solution = solve_ivp(
-        slope, (0, duration), np.concatenate(START), method="DOP853", rtol=1e-13, atol=1e-14
+        right_side, (0, duration), np.concatenate(START), method="DOP853", rtol=1e-13, atol=1e-14
     )
     return solution.y[:2, -1]
 
 
 @pytest.mark.parametrize(
-    "kind",
+    "name",
     ["a timed potential", "functions of Python", "a compiled force and a potential of Python"],
 )
-def test_a_run_with_a_force_has_order_4_however_its_functions_are_given(kind):
-    system, timed_potential, timed_force = SYSTEMS[kind]
+def test_a_run_with_a_force_has_order_4_however_its_functions_are_given(name):
+    system, timed_potential, timed_force = SYSTEMS[name]
     problem = galvi.Problem(system, *START)
     end = truth(timed_potential, timed_force)
     steps = (9, 13, 20)
@@ -68,14 +68,14 @@ def test_a_torque_slows_a_body_as_scipy_says():
     body = galvi.RigidBody(inertia, force=compiled(brake))
     problem = galvi.Problem(body, np.eye(3), [0.7, -0.4, 1.1])
 
-    def slope(t, y):
+    def right_side(t, y):
         R, v = y[:9].reshape(3, 3), y[9:]
         hat = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-        turn = (np.cross(inertia * v, v) + brake(R, v)) / inertia
-        return np.concatenate([(R @ hat).ravel(), turn])
+        angular_acceleration = (np.cross(inertia * v, v) + brake(R, v)) / inertia
+        return np.concatenate([(R @ hat).ravel(), angular_acceleration])
 
     y0 = np.concatenate([np.eye(3).ravel(), problem.v0])
-    end = solve_ivp(slope, (0, 4), y0, method="DOP853", rtol=1e-12, atol=1e-13).y[:9, -1]
+    end = solve_ivp(right_side, (0, 4), y0, method="DOP853", rtol=1e-12, atol=1e-13).y[:9, -1]
     errors = []
     for steps in (10, 20):
         run = galvi.integrate(problem, FOUR, 4.0 / steps, steps)
@@ -89,7 +89,7 @@ def test_a_torque_slows_a_body_as_scipy_says():
 
 @pytest.mark.parametrize(("rule", "linear"), [(galvi.gauss(4), True), (galvi.lobatto(5), False)])
 def test_momentum_changes_by_the_impulses_and_by_nothing_else(rule, linear):
-    system = galvi.Canonical(2.0, SPRING, force=compiled(windy), timed_force=True)
+    system = galvi.Canonical(2.0, SPRING, force=compiled(windy_drag), timed_force=True)
     run = galvi.integrate(
         galvi.Problem(system, *START), galvi.Galerkin(galvi.Polynomials(4), rule), 0.3, 30
     )
@@ -126,27 +126,29 @@ def test_a_force_that_fails_on_the_way_leaves_nan_and_says_so():
     assert "infinite or NaN" in run.status
 
 
-def falling(c, mass=1.0):
-    """Quadratic drag and gravity, in the units of any mass."""
+def falling_body(c, mass=1.0):
+    """A body of any mass with gravity and a drag of c v^2 per mass."""
     return galvi.Canonical(
         mass,
         lambda q: 0.0,
-        compiled(no_gradient),
+        compiled(zero_gradient),
         force=lambda q, v: mass * (-9.81 - c * np.abs(v) * v),
     )
 
 
 @pytest.mark.parametrize(("height", "v"), [(0.0, 0.0), (1e3, 0.0), (1e3, 1e-12)])
-@pytest.mark.parametrize(("c", "mass", "off"), [(1.0, 1e-20, 1e-9), (1e3, 1.0, 1e-3), (1e6, 1, 1)])
-def test_a_fall_from_rest_is_solved_however_stiff_the_drag(c, mass, off, height, v):
+@pytest.mark.parametrize(
+    ("c", "mass", "tolerance"), [(1.0, 1e-20, 1e-9), (1e3, 1.0, 1e-3), (1e6, 1, 1)]
+)
+def test_a_fall_from_rest_is_solved_however_stiff_the_drag(c, mass, tolerance, height, v):
     """v = -u tanh(9.81 t / u) with u^2 = 9.81 / c; q is the integral."""
-    problem = galvi.Problem(falling(c, mass), [height], [v])
+    problem = galvi.Problem(falling_body(c, mass), [height], [v])
     run = galvi.integrate(problem, FOUR, 0.1, 10)
     assert run.success, run.status
-    u = np.sqrt(9.81 / c)
-    fallen = np.logaddexp(9.81 / u, -9.81 / u) / c - np.log(2.0) / c
-    assert abs(height - run.q[-1, 0] - fallen) < off * fallen  # 6e-11, 4e-4, 1e-4 of it
-    assert run.counts["iterations"] < 200  # 152, of which some in vain before Newton's method
+    terminal_speed = np.sqrt(9.81 / c)
+    fallen = np.logaddexp(9.81 / terminal_speed, -9.81 / terminal_speed) / c - np.log(2.0) / c
+    assert abs(height - run.q[-1, 0] - fallen) < tolerance * fallen  # 6e-11, 4e-4, 1e-4 of it
+    assert run.counts["iterations"] < 200  # 152, some of them before Newton's method takes over
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-25])
@@ -169,18 +171,21 @@ def test_a_lagrangian_at_rest_in_the_origin_is_driven_to_round_off(size):
     [(1, galvi.radau(1)), (2, galvi.lobatto(2))],
 )
 def test_equations_hold_also_for_functions_that_vanish_at_every_stage(degree, rule):
-    """p1 = p0 + h sum b f and the stages' slopes, from the curve: only rates see such functions."""
-    system = galvi.Canonical(1.0, lambda q: 0.0, compiled(no_gradient), force=compiled(rough))
+    """p1 = p0 + h sum b f, and the stage equations, from the curve: such functions show in the
+    velocities alone."""
+    system = galvi.Canonical(
+        1.0, lambda q: 0.0, compiled(zero_gradient), force=compiled(quadratic_drag)
+    )
     method = galvi.Galerkin(galvi.Polynomials(degree), rule)
     run = galvi.integrate(galvi.Problem(system, [0.0], [1.0]), method, 0.5, 4)
     table, rates = method.table, run.curves.coefficients[:, 0] @ method.table.slope.T / 0.5
-    f = rough(0.0, rates)
+    f = quadratic_drag(0.0, rates)
     assert np.allclose(run.p[1:, 0], run.p[:-1, 0] + 0.5 * f @ table.b, rtol=0, atol=1e-14)
-    left = (table.b * rates) @ table.slope + 0.5 * (table.b * f) @ table.psi
+    momentum_terms = (table.b * rates) @ table.slope + 0.5 * (table.b * f) @ table.psi
     assert np.allclose(
-        left, run.p[1:] * table.end, rtol=0, atol=1e-14
-    )  # 2e-16; 0.1 where only places are looked at
+        momentum_terms, run.p[1:] * table.end, rtol=0, atol=1e-14
+    )  # 2e-16; 0.1 for equations of positions alone
 
 
-def rough(q, v):
+def quadratic_drag(q, v):
     return -2.0 * np.abs(v) * v

@@ -1,4 +1,4 @@
-"""What every frame does: orders, symplecticity, files, passes, theory; and planted faults."""
+"""Every frame: orders, symplecticity, files, passes and theory, with planted faults."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TWO_BY_TWO = galvi.Problem(  # two pairs about each other, the bodies of both fa
 
 
 def forced(problem: galvi.Problem, *forces: Any) -> galvi.Problem:
-    """The problem with forces beside gravity."""
+    """The problem with ``forces`` in addition to gravity."""
     system = galvi.NBody(problem.system.masses, problem.system.G, forces)
     return galvi.Problem(system, problem.q0, problem.v0, problem.t0)
 
@@ -67,13 +67,13 @@ def distance(run: Any, reference: Any) -> float:
     return max(float(np.max(np.abs(gap))) for gap in gaps)
 
 
-def order_of(case: str, s: int, steps: tuple[float, ...], duration: float = 4.8) -> float:
-    """The slope of the errors at the end."""
+def measured_order(case: str, s: int, steps: tuple[float, ...], duration: float = 4.8) -> float:
+    """The order: the slope of the errors at the end over the steps, both as logarithms."""
     problem, frame, _ = CASES[case]
     fine = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))
-    true = galvi.integrate(problem, fine, duration / 24, 24)
+    truth = galvi.integrate(problem, fine, duration / 24, 24)
     errors = [
-        distance(galvi.integrate(problem, method(frame, s), h, duration=duration), true)
+        distance(galvi.integrate(problem, method(frame, s), h, duration=duration), truth)
         for h in steps
     ]
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
@@ -99,7 +99,7 @@ def test_every_frame_has_a_case_and_is_exported_and_stored() -> None:
 )
 def test_the_order_is_twice_the_number_of_stages(case: str, steps: tuple[float, ...]) -> None:
     assert method(CASES[case][1], 2).order == 4
-    assert abs(order_of(case, 2, steps) - 4) < 0.35
+    assert abs(measured_order(case, 2, steps) - 4) < 0.35
 
 
 @pytest.mark.slow_cases(but=["harmonic", "Kepler, even, two"])
@@ -107,24 +107,26 @@ def test_the_order_is_twice_the_number_of_stages(case: str, steps: tuple[float, 
 def test_the_derivative_of_a_step_is_exact_and_symplectic(
     case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Against central differences of order six with the same nodes; a wrong force is seen."""
+    """Compared with central differences of order six at the same nodes; a wrong force is seen."""
     problem, frame, h = CASES[case]
-    used, d, shape = method(frame, 3), problem.q0.size, problem.q0.shape
-    exact = galvi.step_derivative(problem, used, h)
-    assert galvi.symplecticity_defect(problem, used, h) < 1e-14  # 1e-16
+    frame_method, d, shape = method(frame, 3), problem.q0.size, problem.q0.shape
+    exact = galvi.step_derivative(problem, frame_method, h)
+    assert galvi.symplecticity_defect(problem, frame_method, h) < 1e-14  # 1e-16
     if "K" in case:
         clock = kepler_frame._clock(frame._hierarchy(problem), h)
         monkeypatch.setattr(kepler_frame, "_clock", lambda layout, step: clock)
 
     def end(x: Any) -> Any:
         start = problem.with_initial_state(x[:d].reshape(shape), x[d:].reshape(shape))
-        run = galvi.integrate(start, used, h, 1)
+        run = galvi.integrate(start, frame_method, h, 1)
         return np.concatenate([run.q[-1].ravel(), run.v[-1].ravel()])
 
-    begin, differences = np.concatenate([problem.q0.ravel(), problem.v0.ravel()]), []
+    start_state, differences = np.concatenate([problem.q0.ravel(), problem.v0.ravel()]), []
     for unit in np.eye(2 * d) * 2.0**-10:
-        sides = [end(begin + k * unit) - end(begin - k * unit) for k in (1, 2, 3)]
-        differences.append(np.dot([0.75, -0.15, 1.0 / 60.0], sides) * 2.0**10)
+        end_differences = [
+            end(start_state + k * unit) - end(start_state - k * unit) for k in (1, 2, 3)
+        ]
+        differences.append(np.dot([0.75, -0.15, 1.0 / 60.0], end_differences) * 2.0**10)
     assert np.max(np.abs(np.array(differences).T - exact)) < 1e-11  # 1e-12
     if "K" in case:
         pull_back_changes = kepler_frame.pull_back_changes
@@ -133,12 +135,12 @@ def test_the_derivative_of_a_step_is_exact_and_symplectic(
             "pull_back_changes",
             lambda mu, *arguments: pull_back_changes(mu * (1.0 + 1e-3), *arguments),
         )
-        assert galvi.symplecticity_defect(problem, used, h) > 1e-11  # 4e-10
+        assert galvi.symplecticity_defect(problem, frame_method, h) > 1e-11  # 4e-10
 
 
 @each_case
 def test_steps_forwards_and_backwards_cancel_where_nodes_are_the_same(case: str) -> None:
-    """Those that an orbit places follow it at each start."""
+    """Nodes that depend on an orbit are taken from the start of each step, so that they differ."""
     problem, frame, h = CASES[case]
     error = galvi.round_trip_error(problem, method(frame, 3), h, 6)
     assert error < (1e-3 if case == "Kepler" else 1e-13)  # 2e-14
@@ -162,8 +164,8 @@ def test_a_run_in_a_frame_can_be_saved_and_continued_to_the_bit(case: str, tmp_p
 def test_more_passes_than_needed_change_nothing_and_fewer_do(case: str) -> None:
     problem, frame, h = CASES[case]
     few, needed, many = (
-        galvi.integrate(problem, method(replace(frame, passes=passes), 6), h, 20)
-        for passes in (2, None, 30)
+        galvi.integrate(problem, method(replace(frame, passes=count), 6), h, 20)
+        for count in (2, None, 30)
     )
     assert distance(needed, many) < 1e-13 and distance(few, many) > 1e-12
     assert few.counts["iterations"] <= 2 * 20 < needed.counts["iterations"]
@@ -179,15 +181,15 @@ def test_the_first_pass_of_sixteen_stages_is_at_eight(case: str) -> None:
 @each_case
 def test_theory_says_what_holds_in_a_frame(case: str) -> None:
     problem, frame, h = CASES[case]
-    used = method(frame, 3)
-    theory = used.theory(problem, step=h)
-    assert theory.order == used.order == 6 and "symplectic" in theory.frame
+    frame_method = method(frame, 3)
+    theory = frame_method.theory(problem, step=h)
+    assert theory.order == frame_method.order == 6 and "symplectic" in theory.frame
     assert theory.symmetric is (None if case == "Kepler" else True)
     assert (
         theory.fixed_point_step is None and theory.exists is None and "inertial" in theory.no_bounds
     )
-    assert theory.name == used.name == f"Gauss collocation, 3 stages, in the {frame.name}"
-    assert theory.frame in str(theory) and used.theory().frame == theory.frame
+    assert theory.name == frame_method.name == f"Gauss collocation, 3 stages, in the {frame.name}"
+    assert theory.frame in str(theory) and frame_method.theory().frame == theory.frame
     assert not galvi.theory(galvi.Polynomials(3), galvi.gauss(3)).frame
 
 
@@ -195,7 +197,7 @@ def test_theory_says_what_holds_in_a_frame(case: str) -> None:
 def test_a_wrong_number_of_a_table_is_seen_by_the_order(
     table: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The planted faults of the orders, at the sizes of a rounding to single precision."""
+    """Planted: a number of a table is wrong by 1e-4."""
     tables_of = kernel.tables_of
 
     def wrong(*arguments: Any) -> Any:
@@ -204,6 +206,6 @@ def test_a_wrong_number_of_a_table_is_seen_by_the_order(
         return tables
 
     monkeypatch.setattr(kernel, "tables_of", wrong)
-    passes.checks_of.cache_clear()  # which were measured with other tables
-    assert abs(order_of("Kepler, even", 3, (0.24, 0.2, 0.16)) - 6) > 0.35
+    passes.checks_of.cache_clear()  # measured with the right tables
+    assert abs(measured_order("Kepler, even", 3, (0.24, 0.2, 0.16)) - 6) > 0.35
     passes.checks_of.cache_clear()

@@ -20,7 +20,7 @@ FAMILIES = {
 }
 
 
-def point(gradient, q0=(1.0, -0.3), potential=lambda q: 0.5 * q @ q, **fields):
+def problem_with_gradient(gradient, q0=(1.0, -0.3), potential=lambda q: 0.5 * q @ q, **fields):
     system = galvi.Canonical(1.0, potential, gradient, **fields)
     return galvi.Problem(system, q0, np.zeros(len(q0)))
 
@@ -38,11 +38,11 @@ def point(gradient, q0=(1.0, -0.3), potential=lambda q: 0.5 * q @ q, **fields):
     ],
 )
 def test_a_wrong_sign_or_factor_is_refused_also_where_it_cannot_be_seen(wrong, q0):
-    """At (0, 0) all of them are right, and at (1, 0) some: the second state shows the fault."""
+    """At (0, 0) all of them are right, and at (1, 0) some: a second state shows the fault."""
     sentence = r"^gradient must be the derivative of the potential: along .* at q = .*expected "
     with pytest.raises(ValueError, match=sentence + ".* received .*Canonical check=False"):
-        point(wrong, q0)
-    assert point(wrong, q0, check=False).q0.size == 2
+        problem_with_gradient(wrong, q0)
+    assert problem_with_gradient(wrong, q0, check=False).q0.size == 2
 
 
 @given(
@@ -56,50 +56,50 @@ def test_no_right_pair_is_refused(name, q, scale, strength, offset):
     V, slope = FAMILIES[name]
     a, unit, start = 10.0**strength, 10.0**scale, np.array(q)
     with np.errstate(all="ignore"):
-        point(
+        problem_with_gradient(
             lambda x: a * slope(x / unit) / unit, start * unit, lambda x: offset + a * V(x / unit)
         )
 
 
 @pytest.mark.parametrize("noise", [1e-12, 1e-4, 1e-1])
 def test_noise_is_no_reason_to_refuse_and_hides_no_sign_below_a_thousandth(noise):
-    draw = np.random.default_rng(5)
+    generator = np.random.default_rng(5)
 
-    def rough(q):
-        return 0.5 * q @ q + noise * draw.standard_normal()
+    def noisy(q):
+        return 0.5 * q @ q + noise * generator.standard_normal()
 
     for _ in range(10):
-        point(lambda q: q, potential=rough)
+        problem_with_gradient(lambda q: q, potential=noisy)
         if noise <= 1e-4:
             with pytest.raises(ValueError, match="gradient must be the derivative"):
-                point(lambda q: -q, potential=rough)
+                problem_with_gradient(lambda q: -q, potential=noisy)
 
 
 def test_single_precision_a_short_period_and_a_domain_with_an_edge_are_no_reason_to_refuse():
-    point(lambda q: q, potential=lambda q: float(np.float32(0.5 * q @ q)))
+    problem_with_gradient(lambda q: q, potential=lambda q: float(np.float32(0.5 * q @ q)))
     for phase in (7e6, 7e9, 7e15):
-        point(np.cos, (phase,), lambda q: float(np.sin(q[0])))
+        problem_with_gradient(np.cos, (phase,), lambda q: float(np.sin(q[0])))
 
     def edge(q):
         if q[0] < 1.0:
             raise LookupError("outside of the table")
         return np.sqrt(q[0] - 1.0)
 
-    point(lambda q: 0.5 / np.sqrt(q - 1.0), (1.0 + 1e-9,), edge)
+    problem_with_gradient(lambda q: 0.5 / np.sqrt(q - 1.0), (1.0 + 1e-9,), edge)
 
 
 def test_hessians_are_checked_with_a_given_and_with_a_differenced_gradient():
     for gradient in (None, lambda q: q):
-        point(gradient, hessian=lambda q: np.eye(2))
+        problem_with_gradient(gradient, hessian=lambda q: np.eye(2))
         with pytest.raises(ValueError, match="hessian must be the derivative of the gradient"):
-            point(gradient, hessian=lambda q: np.diag([1.0, -1.0]))
+            problem_with_gradient(gradient, hessian=lambda q: np.diag([1.0, -1.0]))
 
 
 def test_a_function_of_time_is_checked_where_it_vanishes_at_the_start():
     fields = {"potential": lambda q, t: np.sin(t) * q @ q, "explicit_time": True}
-    point(lambda q, t: 2.0 * np.sin(t) * q, **fields)
+    problem_with_gradient(lambda q, t: 2.0 * np.sin(t) * q, **fields)
     with pytest.raises(ValueError, match="2 times that"):
-        point(lambda q, t: 4.0 * np.sin(t) * q, **fields)
+        problem_with_gradient(lambda q, t: 4.0 * np.sin(t) * q, **fields)
 
 
 def height(R):
@@ -117,7 +117,7 @@ def test_a_rigid_body_is_checked_along_a_rotation(start):
         return galvi.Problem(system, start, [0.1, 0.0, 0.0])
 
     body(lift)
-    body(lambda R: lift(R) + 5.0 * R)  # what lies across the group does no work
+    body(lambda R: lift(R) + 5.0 * R)  # a part normal to the group does no work
     body(lambda R: -lift(R), check=False)
     for factor in (-1.0, 0.99):
         with pytest.raises(ValueError, match=r"about .* at R = .*RigidBody check=False"):
@@ -161,14 +161,16 @@ def test_slopes_of_a_lagrangian_are_checked_on_every_group(group):
 
 
 def test_the_switch_is_no_part_of_a_saved_system(tmp_path):
-    run = galvi.integrate(point(lambda q: q), FOUR, 0.1, 3)
+    run = galvi.integrate(problem_with_gradient(lambda q: q), FOUR, 0.1, 3)
     galvi.save(run, tmp_path / "run.npz")
-    loaded = galvi.load(tmp_path / "run.npz", problem=point(lambda q: q, check=False))
+    loaded = galvi.load(
+        tmp_path / "run.npz", problem=problem_with_gradient(lambda q: q, check=False)
+    )
     assert np.array_equal(loaded.q, run.q)
 
 
 def test_fixed_directions_are_generic():
-    """Sizes fill the interval from 0.5 to 1.5, signs are mixed, and each number has others."""
+    """Sizes fill the interval from 0.5 to 1.5, signs are mixed, and each direction differs."""
     first, second = (derivative_check.direction(60, number) for number in (0, 1))
     assert np.max(np.diff([0.5, *np.sort(np.abs(first)), 1.5])) < 0.04  # 0.027
     assert 20 < np.sum(first > 0.0) < 40

@@ -1,4 +1,4 @@
-"""Laws on groups in lanes: their reach, the memory that they use, and faults that are seen."""
+"""Laws on groups in lanes: the reach of their charts, their memory, and planted faults."""
 
 import numpy as np
 import pytest
@@ -24,15 +24,15 @@ def test_a_curve_that_leaves_the_reach_of_lanes_and_returns_is_left_to_newtons_m
     system = galvi.Lagrangian(L, galvi.SO3(), explicit_time=True)
     problem = galvi.Problem(system, np.eye(3), [0.0, 0.0, 10.0])
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.Exponential())
-    for step, beyond in ((1.0, True), (0.1, False)):
+    for step, leaves_reach in ((1.0, True), (0.1, False)):
         run = galvi.integrate(problem, method, step, 1)
-        assert run.success and (run.counts["linear_solves"] > 0) is beyond
-        turned = np.arctan2(run.q[-1][1, 0], run.q[-1][0, 0])
-        assert turned == pytest.approx(10.0 * step - 10.0 * step**2, abs=1e-12)
+        assert run.success and (run.counts["linear_solves"] > 0) is leaves_reach
+        angle = np.arctan2(run.q[-1][1, 0], run.q[-1][0, 0])
+        assert angle == pytest.approx(10.0 * step - 10.0 * step**2, abs=1e-12)
 
 
 def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momentum():
-    """Else a body that hardly turns is iterated for rounding of its moment: 14 passes a step."""
+    """Otherwise the rounding of the moment costs a body that hardly turns 14 passes a step."""
     body = galvi.FreeBody(2.0, (1.0, 2.0, 2.5))
     problem = galvi.Problem(body, np.eye(4), [3e-3, 1e-2, 2e-3, 5.0, -4.0, 7.0])
     method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), galvi.Exponential())
@@ -41,11 +41,11 @@ def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momen
     assert run.counts["iterations"] < 12.5 * run.counts["steps"]  # 11.5
 
 
-PLAIN = galvi.Product((galvi.Rn(1), galvi.Rn(2)))
+PRODUCT_OF_VECTORS = galvi.Product((galvi.Rn(1), galvi.Rn(2)))
 
 
 @pytest.mark.parametrize(
-    "group", [galvi.SO2(), galvi.SE2(), galvi.SO3(), galvi.SE3(), PLAIN], ids=str
+    "group", [galvi.SO2(), galvi.SE2(), galvi.SO3(), galvi.SE3(), PRODUCT_OF_VECTORS], ids=str
 )
 def test_a_step_reads_and_writes_no_number_beyond_the_state(group, monkeypatch):
     checked, advance = [], LawKernel.advance
@@ -61,7 +61,9 @@ def test_a_step_reads_and_writes_no_number_beyond_the_state(group, monkeypatch):
     system = galvi.Lagrangian(lambda q, v: 0.5 * (v @ v) - 0.1 * np.sum(q**4), group)
     problem = galvi.Problem(system, q0, 0.1 * np.arange(1.0, group.dimension + 1.0))
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
-    runs = [galvi.integrate(problem, method, 0.05, 8, solver=way) for way in ("auto", "newton")]
+    runs = [
+        galvi.integrate(problem, method, 0.05, 8, solver=solver) for solver in ("auto", "newton")
+    ]
     assert runs[0].engine == "lanes" and checked and all(checked)
     np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-13)
 
@@ -85,7 +87,7 @@ def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch):
 
 @pytest.mark.slow(beside="tests/agreement/test_agreement.py::test_every_chart_agrees")
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):
-    """The kernels keep the sound formula, which they have compiled."""
+    """The general kernel keeps the right formula, which it has compiled already."""
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))
 
     def turned_back(chart, xi, mu, out):

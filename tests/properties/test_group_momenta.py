@@ -29,11 +29,11 @@ PLANE = (SO2, SE2, GROUPS["in the plane"])
 TINY = 1e-30  # step of a complex difference, which has no rounding
 
 
-def moved(group, g, Q, c):
-    """g after space turned by Q and moved by c."""
+def moved_in_space(group, g, Q, c):
+    """g after space was turned by Q and translated by c."""
     if isinstance(group, galvi.Product):
         parts = zip(group.factors, group.parts(g), strict=True)
-        return group.join(*(moved(factor, part, Q, c) for factor, part in parts))
+        return group.join(*(moved_in_space(factor, part, Q, c) for factor, part in parts))
     if isinstance(group, galvi.Rn):
         return Q @ g + c
     if g.shape == Q.shape:
@@ -45,14 +45,14 @@ def moved(group, g, Q, c):
 def by_definition(group, L, g, v, Q_rate, c_rate):
     """d/de L(g, v + e xi), where g xi is the rate of g while space turns and moves."""
     matrices, n = MatrixGroup(group), len(c_rate)
-    after = moved(group, g + 0j, np.eye(n) + 1j * TINY * Q_rate, 1j * TINY * c_rate)
+    after = moved_in_space(group, g + 0j, np.eye(n) + 1j * TINY * Q_rate, 1j * TINY * c_rate)
     rate = matrices.matrix(after).imag / TINY
     xi = matrices.vee(np.linalg.solve(matrices.matrix(g), rate))
     return L(g, v + 1j * TINY * xi).imag / TINY
 
 
 def definitions(group, L, g, v):
-    """Angular momentum, (3,) or a number, and linear momentum, (n,), where there are places."""
+    """Angular momentum, (3,) or a number, and, on groups with positions, linear momentum, (n,)."""
     n = 2 if group in PLANE else 3
     turns = [np.array([[0.0, -1.0], [1.0, 0.0]])] if n == 2 else map(cross_matrix, np.eye(3))
     angular = [by_definition(group, L, g, v, turn, np.zeros(n)) for turn in turns]
@@ -77,7 +77,7 @@ def any_problem(group):
 
 
 def random_states(group, seed):
-    """A trajectory of four states that have nothing to do with each other, and their velocities."""
+    """A trajectory of four independent random states, and their velocities."""
     random, problem = np.random.default_rng(seed), any_problem(group)
     q = np.array([element(group, vector) for vector in random.normal(size=(4, group.dimension))])
     v, times = random.normal(size=(4, group.dimension)), np.arange(4.0)
@@ -88,23 +88,23 @@ def random_states(group, seed):
 def momenta_of_states(group, seed):
     """Angular and linear momenta of four states, by galvi and by definition."""
     run, v = random_states(group, seed)
-    return momenta(run), defined(run.problem.system, run.q, v)
+    return momenta(run), momenta_by_definition(run.problem.system, run.q, v)
 
 
 def momenta(run, t=None):
-    """By galvi; the linear one is left out where there are no places."""
+    """Angular and linear momenta by galvi; no linear one on groups without positions."""
     has_places = run.problem.system.group not in (SO2, SO3)
     return [galvi.momentum_map(run, t), *([galvi.linear_momentum(run, t)] if has_places else [])]
 
 
-def defined(system, q, v):
-    """By definition, of several states."""
+def momenta_by_definition(system, q, v):
+    """Angular and linear momenta of several states, by definition."""
     states = zip(q, v, strict=True)
     by_state = [definitions(system.group, system.function, *state) for state in states]
     return [np.array(values) for values in zip(*by_state, strict=True)]
 
 
-def agree(computed, expected):
+def assert_agree(computed, expected):
     for value, truth in zip(computed, expected, strict=True):
         assert value.shape == truth.shape
         assert np.allclose(value, truth, rtol=0.0, atol=1e-9 * np.abs(truth).max())
@@ -114,7 +114,7 @@ def agree(computed, expected):
 @given(seed=st.integers(0, 2**31))
 @settings(max_examples=10)
 def test_momenta_are_those_of_noethers_definition(group, seed):
-    agree(*momenta_of_states(group, seed))
+    assert_agree(*momenta_of_states(group, seed))
 
 
 @pytest.mark.parametrize(
@@ -130,21 +130,21 @@ def test_momenta_are_those_of_noethers_definition(group, seed):
 def test_another_formula_does_not_agree(monkeypatch, name, wrong):
     monkeypatch.setattr(group_momenta, name, wrong)
     with pytest.raises(AssertionError):
-        agree(*momenta_of_states(GROUPS["two bodies"], 1))
+        assert_agree(*momenta_of_states(GROUPS["two bodies"], 1))
 
 
-def places(group, q):
-    """Where the bodies and points are that have a place."""
+def positions_of(group, q):
+    """The positions of the factors that have one."""
     if isinstance(group, galvi.Product):
         parts = zip(group.factors, group.parts(q), strict=True)
-        return [x for factor, part in parts for x in places(factor, part)]
+        return [x for factor, part in parts for x in positions_of(factor, part)]
     if isinstance(group, galvi.Rn):
         return [q]
     return [] if group in (SO2, SO3) else [q[:-1, -1]]
 
 
-def pulled(group, strength):
-    """A run of bodies that pull each other, and that the origin pulls with this strength."""
+def run_of_pulled_bodies(group, strength):
+    """A run of bodies that attract each other, and that the origin attracts with ``strength``."""
     random, d, end = np.random.default_rng(5), group.dimension, 0
     masses = np.eye(d)
     for factor, _, _ in group_momenta.factors(group, np.zeros(group.shape), np.zeros(d)):
@@ -154,10 +154,12 @@ def pulled(group, strength):
         end = block.stop
 
     def L(q, v):
-        value, positions = 0.5 * v @ masses @ v, places(group, q)
+        lagrangian, positions = 0.5 * v @ masses @ v, positions_of(group, q)
         for k, x in enumerate(positions):
-            value = value - strength * x @ x - sum(0.4 * (x - y) @ (x - y) for y in positions[:k])
-        return value
+            lagrangian = (
+                lagrangian - strength * x @ x - sum(0.4 * (x - y) @ (x - y) for y in positions[:k])
+            )
+        return lagrangian
 
     start = element(group, random.normal(size=d)), 0.5 * random.normal(size=d)
     run = galvi.integrate(galvi.Problem(galvi.Lagrangian(L, group), *start), FOUR, 0.1, 12)
@@ -166,7 +168,7 @@ def pulled(group, strength):
 
 
 def change(values):
-    """Largest change of a momentum, as a share of its size."""
+    """The largest change of a momentum, relative to its largest size."""
     return np.abs(values - values[0]).max() / np.abs(values).max()
 
 
@@ -174,27 +176,29 @@ def change(values):
 @each_group
 def test_angular_momentum_is_kept_and_linear_momentum_where_the_origin_does_not_pull(group):
     for strength in (0.0, 0.7):
-        run = pulled(group, strength)
+        run = run_of_pulled_bodies(group, strength)
         angular, *linear = momenta(run)
         assert change(angular) < 1e-12  # 3e-15
         assert all((change(component) < 1e-12) == (strength == 0.0) for component in linear)
     assert all(change(component) > 1e-4 for component in linear)
     times = np.array([0.0, 0.33, 0.8, 1.15])
     between, at_one = momenta(run, times), momenta(run, 0.33)
-    agree(between, defined(run.problem.system, run(times), run.velocity(times)))
-    agree(at_one, [values[1] for values in between])
+    assert_agree(
+        between, momenta_by_definition(run.problem.system, run(times), run.velocity(times))
+    )
+    assert_agree(at_one, [values[1] for values in between])
 
 
 @each_group
 def test_the_defect_of_rotations_is_the_largest_over_the_factors(group):
     run, _ = random_states(group, 3)
     assert galvi.orthogonality_defect(run).max() < 1e-14
-    first = 0
+    first_entry = 0
     for factor, _, _ in group_momenta.factors(group, run.q, run.p):
         q = np.array(run.q)
-        q.reshape(4, -1)[2, first] += 1e-3  # R_11, or x of a point
+        q.reshape(4, -1)[2, first_entry] += 1e-3  # R_11, or x of a point
         spoiled = galvi.Trajectory(run.problem, run.t, q, run.p, counts={})
         defect = galvi.orthogonality_defect(spoiled)
         assert defect.shape == (4,) and np.delete(defect, 2).max() < 1e-14
         assert (defect[2] > 1e-5) == (not isinstance(factor, galvi.Rn))
-        first += int(np.prod(factor.shape))
+        first_entry += int(np.prod(factor.shape))

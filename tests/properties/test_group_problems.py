@@ -1,4 +1,4 @@
-"""The problems on groups: their physics, and that every problem and system has its tests."""
+"""The physics of problems on groups; every problem, system and group has a run in the tests."""
 
 import inspect
 import pickle
@@ -14,30 +14,32 @@ from galvi.charts import CHARTS
 from galvi.groups import GROUPS
 from tests.properties.group_matrices import title
 
-NEEDED = {"kepler": (0.3,)}  # arguments of problems that have no defaults for them
-EVERY = [getattr(galvi.problems, name)(*NEEDED.get(name, ())) for name in galvi.problems.__all__]
+ARGUMENTS = {"kepler": (0.3,)}  # arguments of problems that have no defaults for them
+ALL_PROBLEMS = [
+    getattr(galvi.problems, name)(*ARGUMENTS.get(name, ())) for name in galvi.problems.__all__
+]
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 VERTICAL = np.array([0.0, 0.0, 1.0])
 
 
-def pace(problem):
-    """A step that every problem can be given: some of its fastest motion."""
+def step_of(problem):
+    """A step that resolves the fastest motion of the problem."""
     if hasattr(problem.system, "group"):
         return 0.05
     return {"NBody": 5.0}.get(type(problem.system).__name__, 0.1)
 
 
 @pytest.mark.slow_cases("chain of 5 rods")
-@pytest.mark.parametrize("problem", EVERY, ids=title)
+@pytest.mark.parametrize("problem", ALL_PROBLEMS, ids=title)
 def test_every_problem_says_what_it_is_and_can_be_run_saved_resumed_and_pickled(problem, tmp_path):
     assert (
         problem.name
         and problem.units
         and isinstance(problem.parameters, dict | type(galvi.problems.kepler(0.1).parameters))
     )
-    chart = CHARTS[EVERY.index(problem) % len(CHARTS)]
+    chart = CHARTS[ALL_PROBLEMS.index(problem) % len(CHARTS)]
     method = galvi.Galerkin(EIGHT.space, EIGHT.rule, chart)
-    run = galvi.integrate(problem, method, pace(problem), 5)
+    run = galvi.integrate(problem, method, step_of(problem), 5)
     assert run.success, run.status
     if hasattr(problem.system, "group"):
         for g in run.q:
@@ -51,12 +53,12 @@ def test_every_problem_says_what_it_is_and_can_be_run_saved_resumed_and_pickled(
     loaded = galvi.load(tmp_path / "run.npz", *([] if storable else [problem]))
     assert loaded.method == method and loaded.problem.name == problem.name
     copied = pickle.loads(pickle.dumps(problem))
-    assert np.array_equal(galvi.integrate(copied, method, pace(problem), 5).q, run.q)
+    assert np.array_equal(galvi.integrate(copied, method, step_of(problem), 5).q, run.q)
     assert np.array_equal(galvi.resume(loaded, 3).q, galvi.resume(run, 3).q)
 
 
 def test_every_system_and_every_group_has_a_run_in_the_tests():
-    systems = {type(problem.system) for problem in EVERY} | {galvi.Lagrangian}
+    systems = {type(problem.system) for problem in ALL_PROBLEMS} | {galvi.Lagrangian}
     exported = {value for value in vars(galvi).values() if inspect.isclass(value)}
     assert {kind for kind in exported if hasattr(kind, "velocity_shape")} == systems
     assert {kind for kind in exported if hasattr(kind, "layout")} == {type(g) for g in GROUPS}
@@ -65,9 +67,9 @@ def test_every_system_and_every_group_has_a_run_in_the_tests():
 
 def test_every_system_but_functions_can_be_stored():
     stored = set(galvi.run.saving.files.storable_values().values())
-    systems = {type(problem.system) for problem in EVERY}
+    systems = {type(problem.system) for problem in ALL_PROBLEMS}
     assert systems <= stored and {type(chart) for chart in CHARTS} <= stored
-    potentials = {type(getattr(p.system, "potential", None)) for p in EVERY}
+    potentials = {type(getattr(p.system, "potential", None)) for p in ALL_PROBLEMS}
     assert galvi.UniformGravity in stored & potentials
     for kind in stored:
         assert all(field.init or not field.compare for field in fields(kind))
@@ -87,16 +89,18 @@ def test_the_top_keeps_what_it_should_and_nutates_between_the_roots_of_its_cubic
     """From rest in the tilt: u = cos(tilt) moves between u0 and the smaller root below it.
 
     With moments (A, A, C), m g l = 2, p3 = C spin: p_z = p3 u0, and
-    A^2 u'^2 / 2 = 2 A (u0 - u)(1 - u^2) / 1 - p3^2 (u0 - u)^2 / 2 has the root
+    A^2 u'^2 / 2 = 2 A (u0 - u)(1 - u^2) - p3^2 (u0 - u)^2 / 2 has the root
     (1 - u^2) 4 A = p3^2 (u0 - u).
     """
     A, p3, u0 = 1.5, 0.5 * spin, np.cos(0.5)
     # 4 A (1 - u^2) = p3^2 (u0 - u)
-    lowest = min(u for u in np.roots([-4.0 * A, p3**2, 4.0 * A - p3**2 * u0]) if abs(u) < 1.0)
+    smallest_root = min(
+        u for u in np.roots([-4.0 * A, p3**2, 4.0 * A - p3**2 * u0]) if abs(u) < 1.0
+    )
     run = galvi.integrate(galvi.problems.heavy_top(spin), EIGHT, 0.02, 500)
     height = run(np.linspace(0.0, 10.0, 20_001))[:, 2, 2]
     assert height.max() == pytest.approx(u0, abs=1e-12)
-    assert height.min() == pytest.approx(lowest, abs=1e-6)
+    assert height.min() == pytest.approx(smallest_root, abs=1e-6)
     assert np.ptp(galvi.energy(run)) < 1e-10 * abs(galvi.energy(run)[0])
     about_vertical = galvi.momentum_map(run) @ VERTICAL
     assert np.ptp(about_vertical) < 1e-13 * about_vertical[0]
@@ -106,9 +110,9 @@ def test_the_top_keeps_what_it_should_and_nutates_between_the_roots_of_its_cubic
 
 def test_a_top_sleeps_only_when_it_is_fast():
     """Upright to 1e-3, it stays so for (0.5 spin)^2 > 12, and falls otherwise."""
-    for spin, sleeps in ((6.5, False), (7.3, True)):
+    for spin, is_upright in ((6.5, False), (7.3, True)):
         run = galvi.integrate(galvi.problems.heavy_top(spin, 1e-3), EIGHT, 0.05, 400)
-        assert (run.q[:, 2, 2].min() > 1.0 - 1e-3) == sleeps
+        assert (run.q[:, 2, 2].min() > 1.0 - 1e-3) == is_upright
 
 
 @pytest.mark.parametrize(("angle", "rate"), [(2.0, 0.3), (0.4, 3.0)])
@@ -129,8 +133,8 @@ def test_the_spherical_pendulum_may_swing_round_in_a_cone():
     run = galvi.integrate(galvi.problems.spherical_pendulum(angle, rate), EIGHT, 0.1, 100)
     x, y, z = run.q[:, :, 2].T
     assert np.allclose(z, -np.cos(angle), rtol=0.0, atol=1e-12)
-    turned = np.unwrap(np.arctan2(y, x))
-    assert np.allclose(turned - turned[0], rate * run.t, rtol=0.0, atol=1e-11)
+    azimuth = np.unwrap(np.arctan2(y, x))
+    assert np.allclose(azimuth - azimuth[0], rate * run.t, rtol=0.0, atol=1e-11)
 
 
 def test_a_spherical_pendulum_without_momentum_about_the_vertical_is_the_plane_one():
@@ -151,21 +155,27 @@ def test_the_plane_pendulum_has_its_period(amplitude):
 
 def test_halls_pendulum_hangs_and_stands_as_it_should():
     hanging, standing = galvi.problems.pendulum_3d(), galvi.problems.pendulum_3d(inverted=True)
-    low, high = (p.system.potential_energy(p.q0, np.zeros(())) for p in (hanging, standing))
-    assert low == -9.81 and high == 9.81
+    hanging_energy, standing_energy = (
+        p.system.potential_energy(p.q0, np.zeros(())) for p in (hanging, standing)
+    )
+    assert hanging_energy == -9.81 and standing_energy == 9.81
     assert np.array_equal(np.diag(hanging.system.inertia), [4.8, 3.0, 3.8])
     assert np.linalg.det(standing.q0) == 1.0
 
 
 def test_the_free_box_has_the_inertia_of_a_box():
     problem = galvi.problems.free_box()
-    square = 48.0 * np.array([0.1, 0.2, 0.3]) ** 2 / 3.0  # of half sides, by their mean squares
-    assert np.allclose(np.diag(problem.system.inertia), square.sum() - square, rtol=1e-14)
+    second_moments = (
+        48.0 * np.array([0.1, 0.2, 0.3]) ** 2 / 3.0
+    )  # of half sides, by their mean squares
+    assert np.allclose(
+        np.diag(problem.system.inertia), second_moments.sum() - second_moments, rtol=1e-14
+    )
 
 
 def test_halls_body_has_the_inertia_of_his_second_moments():
-    second = np.diag([1.3, 2.1, 1.2])
-    inertia = np.trace(second) * np.eye(3) - second
+    second_moments = np.diag([1.3, 2.1, 1.2])
+    inertia = np.trace(second_moments) * np.eye(3) - second_moments
     assert np.allclose(galvi.problems.free_rigid_body().system.inertia, inertia, atol=1e-15)
 
 

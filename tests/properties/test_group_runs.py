@@ -1,4 +1,4 @@
-"""Runs on groups: curves, what is kept, attitudes, momenta, how they end, and their orders."""
+"""Runs on groups: curves, saved states, attitudes, momenta, failures and orders."""
 
 import time
 from itertools import cycle
@@ -28,18 +28,18 @@ from tests.properties.group_motions import (
     WINDOWS,
     collocation,
     each_chart,
-    error,
+    end_error,
+    free_body_end,
     hall,
+    measured_order,
+    pendulum_end,
     same,
     same_rows,
-    slope,
-    spoiled,
-    swung,
-    turned,
+    with_scaled_table,
 )
 
 KEPLER = galvi.problems.kepler(0.6)
-BEYOND = "chart=galvi.Exponential(), which ends at 2 pi"
+EXPONENTIAL_REMEDY = "chart=galvi.Exponential(), which ends at 2 pi"
 
 
 @pytest.mark.parametrize("problem", [PENDULUM, FLYING], ids=title)
@@ -47,11 +47,11 @@ BEYOND = "chart=galvi.Exponential(), which ends at 2 pi"
 def test_the_velocity_is_the_slope_of_the_curve(problem, chart):
     run = galvi.integrate(problem, collocation(6, chart), 0.2, 10)
     t, nudge = 0.2 * (np.arange(10) + np.linspace(0.15, 0.85, 10)), 0.2 * 2.0**-5
-    slope = sum(
+    derivative = sum(
         weight / nudge * (run(t + k * nudge) - run(t - k * nudge))
         for k, weight in enumerate(WEIGHTS, start=1)
     )
-    body = np.linalg.solve(run(t), slope)
+    body = np.linalg.solve(run(t), derivative)
     expected = MatrixGroup(problem.system.group).hat(run.velocity(t))
     assert np.allclose(body[:, :, :3], expected[:, :, :3], rtol=0.0, atol=1e-8)
     assert np.allclose(body[:, :, 3:], expected[:, :, 3:], rtol=0.0, atol=1e-7)
@@ -76,8 +76,8 @@ def test_attitudes_come_as_scipys_rotations():
     flown = galvi.integrate(FLYING, collocation(6), 0.1, 10)
     assert np.allclose(galvi.rotations(flown).as_matrix(), flown.q[:, :3, :3], atol=1e-15)
     thin = galvi.integrate(PENDULUM, collocation(6), 0.2, 10, save_every=3)
-    for ask in (galvi.rotations, galvi.orthogonality_defect):  # between the kept steps too
-        assert repr(ask(thin, 0.3)) == repr(ask(run, 0.3))
+    for diagnostic in (galvi.rotations, galvi.orthogonality_defect):  # between the kept steps too
+        assert repr(diagnostic(thin, 0.3)) == repr(diagnostic(run, 0.3))
 
 
 def test_the_remedy_of_refused_attitudes_works():
@@ -99,11 +99,11 @@ def test_momenta_and_energy_are_those_of_the_definition():
 
 @pytest.mark.parametrize("method", [collocation(6), hall(7)], ids=["packed", "H's"])
 def test_a_step_that_leaves_the_chart_says_by_how_much_and_what_would_do(method):
-    """The free body is 3.486 radians away from its start before it comes nearer again."""
+    """The attitude of the free body differs from that at the start by up to 3.486 radians."""
     run = galvi.integrate(FREE, method, 1.2, 5)
     assert run.outcome.end is galvi.End.STEP_FAILED and run.failed_step == 1
     assert run.counts["steps"] == 0 and "turns by 3.486 radians" in run.outcome.reason
-    assert "at most 0.54" in run.status and BEYOND in run.status
+    assert "at most 0.54" in run.status and EXPONENTIAL_REMEDY in run.status
     assert np.array_equal(run.q[0], FREE.q0)
     assert np.isnan(run.q[1:]).all() and np.isnan(run.p[1:]).all() and np.isnan(run(0.1)).all()
     with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
@@ -115,7 +115,7 @@ def test_a_step_that_leaves_the_chart_says_by_how_much_and_what_would_do(method)
         FREE, galvi.Galerkin(method.space, method.rule, EXPONENTIAL), 1.2, 5
     )
     truth = FREE_TOP.run(FREE, 6.0, {"samples": 1})
-    assert exponential.success and error(exponential, (truth.q[-1], truth.p[-1])) < 1e-2
+    assert exponential.success and end_error(exponential, (truth.q[-1], truth.p[-1])) < 1e-2
 
 
 def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
@@ -142,12 +142,12 @@ def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
     ("problem", "chart"), list(zip(ALL, cycle(CHARTS), strict=False)), ids=title
 )
 def test_huge_steps_end_at_once(problem, chart):
-    clock = time.process_time()
+    start_seconds = time.process_time()
     for step in (1e2, 1e10, 1e100, -1e300):
         run = galvi.integrate(problem, collocation(4, chart), step, 1000)
         assert run.outcome.end is galvi.End.STEP_FAILED
         assert np.isnan(run.q[run.failed_step :]).all()
-    assert time.process_time() - clock < 10.0  # 0.1 s
+    assert time.process_time() - start_seconds < 10.0  # 0.1 s
 
 
 @each_chart
@@ -163,7 +163,7 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
     assert fixed_point.counts["linear_solves"] == 0
     if not fixed_point.success and run.success:
         assert "Newton" not in fixed_point.status
-        assert (BEYOND if chart == CAYLEY else "the solver auto") in fixed_point.status
+        assert (EXPONENTIAL_REMEDY if chart == CAYLEY else "the solver auto") in fixed_point.status
     assert (problem is FREE and chart != RODRIGUES) == (not fixed_point.success)
 
 
@@ -173,16 +173,16 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
 @each_chart
 @pytest.mark.parametrize("degree", WINDOWS)
 def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
-    """n = degree + 1 of H is 3 to 6; packed and with one point more; against scipy."""
+    """With as many points as the degree, or one more as in H for n = 3 to 6, against scipy."""
     extra_points = (degree + CHARTS.index(chart)) % 2
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + extra_points), chart)
     assert method.order == 2 * degree
-    measured = slope(PENDULUM, swung(), method, *WINDOWS[degree])
+    measured = measured_order(PENDULUM, pendulum_end(), method, *WINDOWS[degree])
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured  # off by 0.4 at most, at 10
 
 
 @pytest.mark.parametrize(
-    ("degree", "chart", "window"),
+    ("degree", "chart", "step_counts"),
     [
         (2, RODRIGUES, (48, 200)),
         (3, CAYLEY, (24, 64)),
@@ -190,8 +190,8 @@ def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
         (5, CAYLEY, (20, 28)),
     ],
 )
-def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):
-    measured = slope(FREE, turned(), collocation(degree, chart), *window)
+def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, step_counts):
+    measured = measured_order(FREE, free_body_end(), collocation(degree, chart), *step_counts)
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
 
 
@@ -200,7 +200,7 @@ def test_halls_method_at_half_a_unit_reaches_1e_12():
     """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
     truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
     errors = {
-        n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
+        n: end_error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
         for n in (6, 8, 10, 12)
     }
     assert errors[12] < 1e-12  # 6e-14
@@ -208,11 +208,16 @@ def test_halls_method_at_half_a_unit_reaches_1e_12():
 
 
 def test_a_spoiled_table_is_caught_by_the_order():
-    good, bent = hall(4), spoiled(hall(4), integral=1.0 + 1e-6 * np.arange(16).reshape(4, 4))
-    assert slope(PENDULUM, swung(), good, *WINDOWS[3]) > 5.5
-    assert slope(PENDULUM, swung(), bent, *WINDOWS[3]) < 5.0
-    square = spoiled(collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3))
-    assert slope(PENDULUM, swung(), square, *WINDOWS[3]) < 5.0
+    good, hall_spoiled = (
+        hall(4),
+        with_scaled_table(hall(4), integral=1.0 + 1e-6 * np.arange(16).reshape(4, 4)),
+    )
+    assert measured_order(PENDULUM, pendulum_end(), good, *WINDOWS[3]) > 5.5
+    assert measured_order(PENDULUM, pendulum_end(), hall_spoiled, *WINDOWS[3]) < 5.0
+    collocation_spoiled = with_scaled_table(
+        collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3)
+    )
+    assert measured_order(PENDULUM, pendulum_end(), collocation_spoiled, *WINDOWS[3]) < 5.0
 
 
 def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monkeypatch):
@@ -241,5 +246,5 @@ def test_a_wrong_torque_is_caught_by_the_truth_and_by_the_energy():
         problem = galvi.Problem(system, PENDULUM.q0, PENDULUM.v0)
         run = galvi.integrate(problem, collocation(8), 0.2, 20)
         unchanged = factor == 1.0
-        assert (error(run, swung()) < 1e-12) == unchanged
+        assert (end_error(run, pendulum_end()) < 1e-12) == unchanged
         assert (np.ptp(galvi.energy(run)) < 1e-11) == unchanged

@@ -1,4 +1,4 @@
-"""Systems on groups: their torques and momenta, and their motion as in angles and places."""
+"""Systems on groups: torques and momenta, and their motion against that in coordinates."""
 
 import numpy as np
 import pytest
@@ -8,35 +8,43 @@ from scipy.spatial.transform import Rotation
 import galvi
 from benchmarks.measures.matrix_group import MatrixGroup
 from tests.agreement.on_groups import bulging
-from tests.properties.group_bodies import FOUR, MOMENTS, R0, SO3, TWIST, bent, bent_slope
+from tests.properties.group_bodies import (
+    FOUR,
+    MOMENTS,
+    R0,
+    SO3,
+    TWIST,
+    nonlinear_gradient,
+    nonlinear_potential,
+)
 from tests.properties.group_matrices import element, title, vectors
 
 SO2, SE2 = galvi.SO2(), galvi.SE2()
 SIX = galvi.Polynomials(6), galvi.gauss(6)
 
 
-def timed(R, t):
+def timed_potential(R, t):
     return np.cos(t) * np.sum(TWIST * R)
 
 
-def timed_slope(R, t):
+def timed_gradient(R, t):
     return np.cos(t) * TWIST
 
 
 @pytest.mark.parametrize(
     ("potential", "gradient"),
     [
-        (bent, bent_slope),
-        (bent, None),
-        (timed, timed_slope),
-        (timed, None),
+        (nonlinear_potential, nonlinear_gradient),
+        (nonlinear_potential, None),
+        (timed_potential, timed_gradient),
+        (timed_potential, None),
         (galvi.UniformGravity(2.0, (0.1, -0.3, 0.8), (1.0, 2.0, -9.0)), None),
     ],
 )
 @given(v=vectors(SO3))
 def test_the_torque_is_minus_the_slope_of_the_potential_along_the_group(potential, gradient, v):
     """By a complex step, which has no rounding."""
-    R, time = element(SO3, v), (0.7,) * (potential is timed)
+    R, time = element(SO3, v), (0.7,) * (potential is timed_potential)
     system = galvi.RigidBody(MOMENTS, potential, gradient, explicit_time=bool(time))
     assert system.potential_energy(R, 0.7) == pytest.approx(potential(R, *time), rel=1e-14)
     moved = [MatrixGroup(SO3).moved(R, 1e-30j * unit) for unit in np.eye(3)]
@@ -103,33 +111,33 @@ def test_a_lagrangian_on_a_group_moves_as_in_its_angle_and_places(group):
 
     d = group.dimension
     q0, v0 = np.linspace(0.6, -0.8, d), np.linspace(1.1, 0.2, d)
-    flat = galvi.Problem(galvi.Lagrangian(in_coordinates, galvi.Rn(d)), q0, v0)
+    coordinate_problem = galvi.Problem(galvi.Lagrangian(in_coordinates, galvi.Rn(d)), q0, v0)
     start = element(group, q0), of_the_body(q0, v0)
-    body = galvi.Problem(galvi.Lagrangian(bulging, group), *start)
+    group_problem = galvi.Problem(galvi.Lagrangian(bulging, group), *start)
     in_angles, on_group = (
         galvi.integrate(problem, galvi.Galerkin(*SIX, galvi.Exponential()), 0.1, 5)
-        for problem in (flat, body)
+        for problem in (coordinate_problem, group_problem)
     )
     assert np.allclose(on_group.q, [element(group, q) for q in in_angles.q], rtol=0.0, atol=1e-11)
     assert np.allclose(galvi.energy(on_group), galvi.energy(in_angles), rtol=0.0, atol=1e-11)
 
 
 def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point():
-    """In the air each of 20 steps rounds, at 12 stages, the moment of the linear momentum over its
-    own way, up to 12.5 times 100, in the chart at its start; Newton's method loses less."""
+    """In flight each of 20 steps rounds the moment of the linear momentum at 12 stages, up to 12.5
+    times 100, in the chart at its start; Newton's method loses less."""
     method, g = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12)), np.array([0.5, 0.0, -9.81])
     problem = galvi.problems.free_body_se3(g=g)
     turning = galvi.integrate(galvi.problems.free_rigid_body(), method, 0.25, 20)
     run = galvi.integrate(problem, method, 0.25, 20)
-    close = 20 * 12 * 12.5 * 100.0 * 2.0**-53  # 1.1e-11 of 3.3e-11
-    assert np.allclose(run.q[:, :3, :3], turning.q, rtol=0.0, atol=close)
-    assert np.allclose(run.p[:, :3], turning.p, rtol=0.0, atol=10 * close)
+    tolerance = 20 * 12 * 12.5 * 100.0 * 2.0**-53  # 1.1e-11 of 3.3e-11
+    assert np.allclose(run.q[:, :3, :3], turning.q, rtol=0.0, atol=tolerance)
+    assert np.allclose(run.p[:, :3], turning.p, rtol=0.0, atol=10 * tolerance)
     v0, t = problem.v0[3:], run.t[:, None]
-    fallen, flown = v0 * t + 0.5 * g * t**2, problem.system.mass * (v0 + g * t)
+    fallen, momenta = v0 * t + 0.5 * g * t**2, problem.system.mass * (v0 + g * t)
     allowed_fall = 1e-12 * (1.0 + np.abs(fallen).max())
     assert np.allclose(run.q[:, :3, 3], fallen, rtol=0.0, atol=allowed_fall)
     linear = galvi.linear_momentum(run)
-    assert np.allclose(linear, flown, rtol=0.0, atol=1e-12 * np.abs(flown).max())
+    assert np.allclose(linear, momenta, rtol=0.0, atol=1e-12 * np.abs(momenta).max())
     energy = galvi.energy(run)  # that of turning changes by w times what p does
-    allowed = allowed_fall + 10 * close * np.linalg.norm(problem.v0[:3])
+    allowed = allowed_fall + 10 * tolerance * np.linalg.norm(problem.v0[:3])
     assert np.allclose(energy, energy[0], rtol=0.0, atol=allowed)

@@ -72,8 +72,8 @@ def test_a_product_is_joined_and_taken_apart():
     group = galvi.Product((galvi.SE3(), galvi.Rn(2), galvi.SO2()))
     assert group.shape == (22,) and group.dimension == 9
     parts = [element(f, np.arange(1.0, 1.0 + f.dimension)) for f in group.factors]
-    for part, again in zip(parts, group.parts(group.join(*parts)), strict=True):
-        assert np.array_equal(part, again)
+    for part, returned in zip(parts, group.parts(group.join(*parts)), strict=True):
+        assert np.array_equal(part, returned)
     many = [np.stack([part, part, part]) for part in parts]
     assert group.join(*many).shape == (3, 22)
     assert group.parts(group.join(*many))[0].shape == (3, 4, 4)
@@ -87,7 +87,7 @@ def test_an_element_off_by_rounding_is_accepted(group):
 
 @given(angle=st.floats(0.0, 3.1), seed=st.integers(0, 100), size=st.floats(0.0, 0.3))
 def test_the_nearest_rotation_is_that_of_scipy(angle, seed, size):
-    """Also to a reflection, of which the orthogonal factor of the polar decomposition is none."""
+    """Also for a reflection, whose orthogonal polar factor is no rotation."""
     rng = np.random.default_rng(seed)
     R = Rotation.from_rotvec(angle * np.array([0.6, 0.0, 0.8])).as_matrix()
     for mirrored in (1.0, -0.4):
@@ -102,7 +102,7 @@ def test_the_nearest_rotation_is_that_of_scipy(angle, seed, size):
 
 
 def test_a_wrong_bracket_is_caught():
-    """Of SE(3) without the second term, as of the direct product of rotations and translations."""
+    """Planted: the bracket of SE(3) without its second term."""
     v, w = np.arange(1.0, 7.0), np.array([2.0, -1.0, 0.5, 1.0, 0.0, 3.0])
     hat = MatrixGroup(galvi.SE3()).hat
     wrong = np.concatenate([np.cross(v[:3], w[:3]), np.cross(v[:3], w[3:])])
@@ -113,12 +113,12 @@ def test_a_wrong_bracket_is_caught():
 
 
 def unit(group):
-    """The unit."""
+    """The unit of the group."""
     return element(group, np.zeros(group.dimension))
 
 
 def mapped(name, chart, group, xi, *vectors):
-    """A map of velocities or momenta (d,), by its name in galvi.kernels.lie.groups."""
+    """The value of the map ``name`` of galvi.kernels.lie.groups, of velocities or momenta (d,)."""
     maps = Chart(group.layout.tolist(), chart.number)
     return np.array(maps.apply(name, list(xi), *map(list, vectors)), dtype=float)
 
@@ -126,7 +126,9 @@ def mapped(name, chart, group, xi, *vectors):
 def tangent_slope(chart, group, xi, eta):
     """d(T(xi) eta)/dxi, (d, d)."""
     units = np.eye(xi.size)
-    return np.array([mapped("momentum_slope", chart, group, xi, eta, unit) for unit in units])
+    return np.array(
+        [mapped("momentum_slope", chart, group, xi, eta, basis_vector) for basis_vector in units]
+    )
 
 
 def sized(group, size):
@@ -134,17 +136,17 @@ def sized(group, size):
     if isinstance(group, galvi.Product):
         return np.concatenate([sized(factor, size) for factor in group.factors])
     axis = np.array([2.0, -3.0, 6.0]) / 7.0
-    moved = np.array([0.7, -0.4, 1.1])
-    in_plane = [size, *moved[:2]]
-    kinds = {galvi.Rn: moved, galvi.SO2: in_plane, galvi.SE2: in_plane}
-    return np.array(kinds.get(type(group), [*(size * axis), *moved]))[: group.dimension]
+    translation = np.array([0.7, -0.4, 1.1])
+    in_plane = [size, *translation[:2]]
+    kinds = {galvi.Rn: translation, galvi.SO2: in_plane, galvi.SE2: in_plane}
+    return np.array(kinds.get(type(group), [*(size * axis), *translation]))[: group.dimension]
 
 
 def slopes_of(chart, group, xi):
     """Phi(xi)^-1 dPhi(xi), (d, d), by a complex step, which has no rounding."""
     matrices, chart_map = MatrixGroup(group), MAPS[chart]
     X = matrices.hat(xi)
-    rates = [chart_map(X + 1j * TINY * unit).imag / TINY for unit in matrices.basis]
+    rates = [chart_map(X + 1j * TINY * basis_matrix).imag / TINY for basis_matrix in matrices.basis]
     return np.array([matrices.vee(np.linalg.solve(chart_map(X), rate)) for rate in rates]).T
 
 
@@ -152,24 +154,24 @@ def slopes_of(chart, group, xi):
 @each_chart
 @pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.5, 2.0, None])
 def test_the_chart_and_its_maps_are_those_of_matrices(group, chart, angle):
-    """None: as far as a step may go."""
+    """The angle None stands for the largest coordinate of a step."""
     size = chart.farthest if angle is None else coordinate_of(chart.number, angle)
     xi = sized(group, size)
     g = element(group, np.linspace(-1.0, 1.0, group.dimension))
-    element_at, T = place(chart, group, g, xi), tangent(chart, group, xi)
-    assert np.allclose(element_at, MatrixGroup(group).chart(chart, g, xi), rtol=0.0, atol=2e-14)
+    element_at_xi, T = place(chart, group, g, xi), tangent(chart, group, xi)
+    assert np.allclose(element_at_xi, MatrixGroup(group).chart(chart, g, xi), rtol=0.0, atol=2e-14)
     assert np.allclose(T, slopes_of(chart, group, xi), rtol=0.0, atol=3e-14)
     mu = np.linspace(1.0, -0.6, group.dimension)
     assert np.allclose(mapped("momentum", chart, group, xi, mu), T.T @ mu, rtol=0.0, atol=3e-13)
     if angle is not None:
         assert np.allclose(mapped("rate", chart, group, xi, T @ mu), mu, rtol=0.0, atol=3e-14)
-        again = mapped("covector", chart, group, xi, T.T @ mu)
-        assert np.allclose(again, mu, rtol=0.0, atol=3e-14)
+        returned = mapped("covector", chart, group, xi, T.T @ mu)
+        assert np.allclose(returned, mu, rtol=0.0, atol=3e-14)
     if chart == CAYLEY or angle is not None:
-        again = coordinates(chart, group, g, element_at)
+        returned = coordinates(chart, group, g, element_at_xi)
         # The coordinates stretch rotations by 1 + |xi|^2 / 4 in a Cayley chart.
         stretched = 1.0 + {CAYLEY: 0.25, EXPONENTIAL: 0.0, RODRIGUES: 0.0625}[chart] * size**2
-        assert np.allclose(again, xi, rtol=0.0, atol=4e-15 * stretched)
+        assert np.allclose(returned, xi, rtol=0.0, atol=4e-15 * stretched)
 
 
 @pytest.mark.parametrize("group", [galvi.SO3(), galvi.SE3()], ids=title)
@@ -195,18 +197,18 @@ def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
 def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, draws):
     xi, eta = draws.draw(vectors(group, 1.7)), draws.draw(vectors(group, 1.0))
     slopes, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
-    for unit, column in zip(np.eye(group.dimension), slopes.T, strict=True):
-        slope = sum(
+    for basis_vector, column in zip(np.eye(group.dimension), slopes.T, strict=True):
+        derivative = sum(
             weight
             / nudge
             * (
-                tangent(chart, group, xi + k * nudge * unit)
-                - tangent(chart, group, xi - k * nudge * unit)
+                tangent(chart, group, xi + k * nudge * basis_vector)
+                - tangent(chart, group, xi - k * nudge * basis_vector)
             )
             @ eta
             for k, weight in enumerate(WEIGHTS, start=1)
         )
-        assert np.allclose(column, slope, rtol=0.0, atol=2e-10)
+        assert np.allclose(column, derivative, rtol=0.0, atol=2e-10)
 
 
 @each_group
@@ -226,8 +228,8 @@ def test_a_chart_says_by_which_angle_it_turns_and_where_it_ends(chart):
     assert angle_of(chart.number, chart.farthest) == pytest.approx(0.995 * chart.limit, rel=1e-14)
     for size in (1e-9, 0.3, 2.0, 3.1, 0.99 * chart.farthest):
         R = place(chart, galvi.SO3(), np.eye(3), sized(galvi.SO3(), size))
-        turned = angle_of(chart.number, size)
-        assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(turned), abs=4e-15)
+        angle = angle_of(chart.number, size)
+        assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(angle), abs=4e-15)
 
 
 @each_chart
@@ -235,8 +237,8 @@ def test_where_a_chart_ends_its_tangent_map_has_no_inverse(chart):
     size = {CAYLEY: 1e8, EXPONENTIAL: 2 * np.pi, RODRIGUES: 1e8}[chart]
     T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), size))
     assert np.linalg.svd(T)[1].min() < 1e-7
-    inside = {CAYLEY: 1.0, EXPONENTIAL: np.pi, RODRIGUES: 4.0}[chart]
-    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), inside))
+    inner_size = {CAYLEY: 1.0, EXPONENTIAL: np.pi, RODRIGUES: 4.0}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), inner_size))
     assert np.linalg.svd(T)[1].min() > 0.4
 
 
@@ -263,8 +265,11 @@ def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, draws):
     at_base = mu + mapped("coadjoint_change", chart, group, xi, mu)
     assert np.allclose(mapped("coadjoint", chart, group, xi, at_base), mu, atol=1e-13)
     matrices = MatrixGroup(group)
-    P = matrices.matrix(place(chart, group, unit(group), xi))
-    adjoint = [matrices.vee(np.linalg.solve(P, unit @ P)) for unit in matrices.basis]
+    chart_matrix = matrices.matrix(place(chart, group, unit(group), xi))
+    adjoint = [
+        matrices.vee(np.linalg.solve(chart_matrix, basis_matrix @ chart_matrix))
+        for basis_matrix in matrices.basis
+    ]
     assert np.allclose(at_base, np.array(adjoint) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
 
 
@@ -272,7 +277,7 @@ def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, draws):
 @each_group
 @given(draws=st.data())
 def test_a_euclidean_slope_is_pulled_back_along_the_group(group, draws):
-    """Of a function that is not linear in the entries, by a complex step."""
+    """For a function that is not linear in the entries, by a complex step."""
     g = element(group, draws.draw(vectors(group, 1.5)))
     weights = np.random.default_rng(5).normal(size=g.size)
 
@@ -281,7 +286,10 @@ def test_a_euclidean_slope_is_pulled_back_along_the_group(group, draws):
 
     slope, pulled = np.cos(weights @ g.ravel()) * weights, np.empty(group.dimension)
     product.left_derivative(group.layout, g.ravel().copy(), slope, pulled)
-    moved = [MatrixGroup(group).moved(g, 1j * TINY * unit) for unit in np.eye(group.dimension)]
+    moved = [
+        MatrixGroup(group).moved(g, 1j * TINY * basis_vector)
+        for basis_vector in np.eye(group.dimension)
+    ]
     expected = [function(k).imag / TINY for k in moved]
     assert np.allclose(pulled, expected, rtol=0.0, atol=1e-13)
 
@@ -290,11 +298,13 @@ def test_a_euclidean_slope_is_pulled_back_along_the_group(group, draws):
 @each_group
 def test_rounding_is_taken_out_of_an_element_to_second_order(group):
     g = element(group, np.linspace(-1.0, 1.0, group.dimension))
-    off = g.ravel() + 1e-6 * np.random.default_rng(6).normal(size=g.size) * (g.ravel() % 1.0 != 0)
-    restored = off.copy()
+    disturbed = g.ravel() + 1e-6 * np.random.default_rng(6).normal(size=g.size) * (
+        g.ravel() % 1.0 != 0
+    )
+    restored = disturbed.copy()
     product.restore(group.layout, restored)
     group.check("restored", restored.reshape(group.shape))
-    assert np.max(np.abs(restored - off)) < 1e-5
+    assert np.max(np.abs(restored - disturbed)) < 1e-5
 
 
 def test_another_chart_is_caught_by_the_matrices():
@@ -306,10 +316,10 @@ def test_another_chart_is_caught_by_the_matrices():
 
 
 def test_a_path_is_followed_past_pi_and_back_through_the_identity():
-    turns = np.array([0.0, 3.0, 3.3, 3.0, 1.5, 0.0, 0.5])[:, None]
-    wrapped = (turns + np.pi) % (2.0 * np.pi) - np.pi
+    angles = np.array([0.0, 3.0, 3.3, 3.0, 1.5, 0.0, 0.5])[:, None]
+    wrapped = (angles + np.pi) % (2.0 * np.pi) - np.pi
     path = unwrapped(EXPONENTIAL, galvi.SO2(), wrapped)
-    np.testing.assert_allclose(path, turns, rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(path, angles, rtol=0.0, atol=1e-15)
 
 
 @given(vectors(galvi.SO3()))

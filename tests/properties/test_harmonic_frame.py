@@ -1,4 +1,4 @@
-"""The harmonic frame: exact where it holds everything, and any splitting leaves the equations."""
+"""The harmonic frame: exact for springs alone, and the same motion with any stiffness."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 import galvi
 from galvi.frames import harmonic_frame
 
-SIX = np.random.default_rng(3).normal(size=(3, 3))
-MASS = SIX @ SIX.T + np.eye(3)
+RANDOM_MATRIX = np.random.default_rng(3).normal(size=(3, 3))
+MASS = RANDOM_MATRIX @ RANDOM_MATRIX.T + np.eye(3)
 SPRINGS = np.diag([1.0, 50.0, 2500.0]) + 0.3
 
 
@@ -43,10 +43,10 @@ def test_an_oscillator_is_exact_at_steps_of_any_length(step: float, stiffness: f
     problem = galvi.Problem(system, [1.0, -0.5], [0.0, 2.0])
     run = galvi.integrate(problem, method(1), step, 50)
     omega = stiffness**0.5
-    t = np.arange(51) * step  # as the run has it, but for the rounding of the product
+    t = np.arange(51) * step  # the times of the run, up to rounding
     for k, (x, v) in enumerate(zip(*(a.tolist() for a in (problem.q0, problem.v0)), strict=True)):
-        true = x * np.cos(omega * t) + v / omega * np.sin(omega * t)
-        assert np.max(np.abs(run.q[:, k] - true)) < 4e-16 * (10.0 + omega * t[-1]) * np.hypot(
+        exact = x * np.cos(omega * t) + v / omega * np.sin(omega * t)
+        assert np.max(np.abs(run.q[:, k] - exact)) < 4e-16 * (10.0 + omega * t[-1]) * np.hypot(
             x, v / omega
         )
 
@@ -61,10 +61,10 @@ def test_a_long_run_of_an_oscillator_keeps_its_energy_to_rounding() -> None:
 
 def test_a_full_mass_stiff_springs_and_explicit_time_in_steps_beyond_the_fast_period() -> None:
     """h omega = 25 for the fastest mode, where the general method needs fifty times more steps."""
-    true = galvi.integrate(STIFF, PLAIN, 0.01, duration=10.0, save_every=1_000)
+    truth = galvi.integrate(STIFF, PLAIN, 0.01, duration=10.0, save_every=1_000)
     for s, h, bound in ((8, 0.5, 1e-4), (8, 0.25, 1e-5)):
         run = galvi.integrate(STIFF, method(s), h, duration=10.0)
-        assert run.success and np.max(np.abs(run.q[-1] - true.q[-1])) < bound
+        assert run.success and np.max(np.abs(run.q[-1] - truth.q[-1])) < bound
 
 
 @pytest.mark.parametrize(
@@ -76,12 +76,12 @@ def test_a_full_mass_stiff_springs_and_explicit_time_in_steps_beyond_the_fast_pe
 )
 def test_any_stiffness_gives_the_same_motion(problem: galvi.Problem, stiffness: Any) -> None:
     run = galvi.integrate(problem, method(12, stiffness=stiffness), 0.02, 50)
-    true = galvi.integrate(problem, PLAIN, 0.01, 100, save_every=2)
-    assert run.success and np.max(np.abs(run.q - true.q)) < 1e-11
+    truth = galvi.integrate(problem, PLAIN, 0.01, 100, save_every=2)
+    assert run.success and np.max(np.abs(run.q - truth.q)) < 1e-11
 
 
 def test_a_wrong_frequency_of_the_rotation_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The planted fault: the frame turns by another frequency than what is left knows."""
+    """Planted: the frame turns at another frequency than the remaining force assumes."""
     rotation = harmonic_frame._rotation
     monkeypatch.setattr(
         harmonic_frame, "_rotation", lambda squares, t: rotation(squares * (1 + 1e-9), t)

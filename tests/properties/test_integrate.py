@@ -14,22 +14,22 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 
-def same(left, right):
+def same_states(left, right):
     return np.array_equal(left.q, right.q) and np.array_equal(left.p, right.p)
 
 
-def plain(system):
-    """The same system with its functions as plain Python."""
+def with_python_functions(system):
+    """The system with Python functions in place of compiled ones."""
     return galvi.Canonical(
         system.mass, system.potential.py_func, system.gradient.py_func, system.hessian.py_func
     )
 
 
 def test_plain_python_functions_give_the_compiled_result_to_the_bit():
-    problem = galvi.Problem(plain(HENON.system), HENON.q0, HENON.v0)
+    problem = galvi.Problem(with_python_functions(HENON.system), HENON.q0, HENON.v0)
     for solver in ("auto", "newton"):
         runs = [galvi.integrate(p, FOUR, 0.3, 50, solver=solver) for p in (problem, HENON)]
-        assert same(*runs)
+        assert same_states(*runs)
         assert runs[0].counts == runs[1].counts
 
 
@@ -62,20 +62,20 @@ def test_a_full_mass_matrix_is_a_change_of_coordinates():
         galvi.Canonical(mixing.T @ mixing, potential, gradient), [1.0, 0.5], [0.2, 0.1]
     )
     for solver in ("fixed_point", "newton"):
-        separate = galvi.integrate(straight, FOUR, 0.4, 30, solver=solver)
-        two = galvi.integrate(mixed, FOUR, 0.4, 30, solver=solver)
-        assert np.allclose(separate.q, two.q @ mixing.T, atol=1e-13)
-    assert np.allclose(galvi.energy(separate), galvi.energy(two), atol=1e-13)
+        decoupled_run = galvi.integrate(straight, FOUR, 0.4, 30, solver=solver)
+        mixed_run = galvi.integrate(mixed, FOUR, 0.4, 30, solver=solver)
+        assert np.allclose(decoupled_run.q, mixed_run.q @ mixing.T, atol=1e-13)
+    assert np.allclose(galvi.energy(decoupled_run), galvi.energy(mixed_run), atol=1e-13)
 
 
-def falling():
+def falling_bodies():
     """Two bodies that meet head-on at t = 0.785 * sqrt(2)."""
     return galvi.Problem(galvi.NBody([0.5, 0.5]), [[-0.5, 0.0], [0.5, 0.0]], np.zeros((2, 2)))
 
 
 @pytest.mark.parametrize("save_every", [1, 3])
 def test_a_failing_run_says_where_and_shows_no_number_past_it(save_every):
-    run = galvi.integrate(falling(), FOUR, 0.05, 60, save_every=save_every, curves=True)
+    run = galvi.integrate(falling_bodies(), FOUR, 0.05, 60, save_every=save_every, curves=True)
     assert run.outcome.end is galvi.End.STEP_FAILED and 15 <= run.failed_step <= 30
     assert run.outcome.reason.startswith("bodies 0 and 1 collide. ")
     completed = (run.failed_step - 1) // save_every + 1
@@ -88,20 +88,20 @@ def test_a_failing_run_says_where_and_shows_no_number_past_it(save_every):
         galvi.resume(run, 3)
 
 
-def not_left(q):
+def gradient_right_of_0(q):
     return q if q[0] > 0.0 else q * np.nan
 
 
-def no_curvature_left(q):
+def hessian_right_of_0(q):
     return np.eye(1) if q[0] > 0.0 else np.full((1, 1), np.nan)
 
 
 @pytest.mark.parametrize(
     ("functions", "solver"),
     [
-        ((galvi.LinearSpring(), not_left), "auto"),
+        ((galvi.LinearSpring(), gradient_right_of_0), "auto"),
         (
-            (opaque(lambda q: 0.5 * (q @ q)), opaque(lambda q: q), opaque(no_curvature_left)),
+            (opaque(lambda q: 0.5 * (q @ q)), opaque(lambda q: q), opaque(hessian_right_of_0)),
             "newton",
         ),
     ],
@@ -123,9 +123,9 @@ def test_a_hessian_that_is_off_costs_passes_and_no_accuracy(factor):
         start = galvi.Problem(system, [1.0], [0.3])
         return galvi.integrate(start, FOUR, 1.0, 20, solver="newton")
 
-    off, right = run(factor), run(1.0)
-    assert off.counts["iterations"] > 3 * right.counts["iterations"]
-    assert np.abs(off.q - right.q).max() < 5e-15  # 2e-16
+    wrong_run, right_run = run(factor), run(1.0)
+    assert wrong_run.counts["iterations"] > 3 * right_run.counts["iterations"]
+    assert np.abs(wrong_run.q - right_run.q).max() < 5e-15  # 2e-16
 
 
 def test_backwards_undoes_forwards():

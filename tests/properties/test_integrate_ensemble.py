@@ -1,5 +1,5 @@
-"""Members of an ensemble are the runs of one by one, whatever law, method, step and parameters, and
-have the same bits in every ensemble, lane, batch, thread, process and order."""
+"""Members of an ensemble agree with single runs, whatever the law, method, step and parameters, and
+have the same bits in every ensemble, lane, batch, thread and order."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -47,7 +47,7 @@ def as_they_are(q, v):
 
 @pytest.mark.slow_cases(but=["brownout-as_they_are-method0", "kepler-as_they_are-method1"])
 @pytest.mark.parametrize(
-    ("name", "moved", "method"),
+    ("name", "change_starts", "method"),
     [
         ("brownout", as_they_are, FOUR),
         ("kepler", as_they_are, SIXTEEN),
@@ -60,13 +60,13 @@ def as_they_are(q, v):
         ("free_body_se3", in_micrometres, FOUR),
     ],
 )
-def test_members_take_about_as_many_passes_as_single_runs(name, moved, method):
-    """Where both iterate the same equations, to the same tolerance, from the same guesses, in any
-    unit of length and anywhere. A number of terms that is kept for some steps, as in single runs,
+def test_members_take_about_as_many_passes_as_single_runs(name, change_starts, method):
+    """Both iterate the same equations to the same tolerance from the same guesses, in any unit of
+    length and at any position. A number of terms that is kept for some steps, as in single runs,
     would not suit the worst of eight members."""
     problem, step = CASES[name]
     q, v = starts(problem, 8)
-    moved(q, v)
+    change_starts(q, v)
     passes = sum(galvi.integrate_ensemble(problem, q, v, method, step, 40).iterations)
     runs = one_by_one(problem, q, v, method, step, 40)
     # -0.051 for Kepler on an AMD EPYC; a looser tolerance would leave out a pass of four, -0.25
@@ -105,7 +105,7 @@ def test_a_member_that_fails_is_nan_with_a_status_and_the_others_go_on(tmp_path)
     problem = galvi.problems.kepler(0.3)
     q, v = starts(problem, 12, 1e-3)
     q[5], v[5] = [1e-3, 0.0], [0.0, 0.0]  # falls into the centre
-    ensemble, again = (
+    ensemble, reloaded = (
         galvi.integrate_ensemble(problem, q, v, FOUR, 0.2, 20, folder=tmp_path) for _ in range(2)
     )
     single = galvi.integrate(problem.with_initial_state(q[5], v[5]), FOUR, 0.2, 20)
@@ -116,7 +116,10 @@ def test_a_member_that_fails_is_nan_with_a_status_and_the_others_go_on(tmp_path)
     remaining = np.delete(np.arange(12), 5)
     without = galvi.integrate_ensemble(problem, q[remaining], v[remaining], FOUR, 0.2, 20)
     assert np.array_equal(ensemble[0][remaining], without[0])
-    assert np.array_equal(again[0], ensemble[0], equal_nan=True) and again.status == ensemble.status
+    assert (
+        np.array_equal(reloaded[0], ensemble[0], equal_nan=True)
+        and reloaded.status == ensemble.status
+    )
 
 
 @pytest.mark.slow_cases("a body that turns beyond its chart")
@@ -179,8 +182,8 @@ def test_kept_values():
     times = problem.t0 + step * np.array([0, 3, 7])
     ensemble = lambda keep: galvi.integrate_ensemble(problem, q, v, FOUR, step, 7, keep=keep)  # noqa: E731
     positions = np.stack([run.q for run in one_by_one(problem, q, v, FOUR, step, 7)])
-    at = ensemble(galvi.StatesAt(times))
-    assert np.allclose(at[0], positions[:, [0, 3, 7]], rtol=0, atol=1e-14)
+    states = ensemble(galvi.StatesAt(times))
+    assert np.allclose(states[0], positions[:, [0, 3, 7]], rtol=0, atol=1e-14)
     extrema = ensemble(galvi.Extrema())
     assert np.allclose(extrema[0], positions.min(axis=1), atol=1e-14)
     assert np.allclose(np.asarray(extrema)[:, 1], positions.max(axis=1), atol=1e-14)
@@ -195,9 +198,9 @@ def test_kept_values():
 
 def test_the_bar_counts_each_member_once_whatever_runs_it(capsys):
     problem = galvi.problems.kepler(0.3)
-    starts = (np.tile(x, (3, 1)) for x in (problem.q0, problem.v0))
-    many = galvi.integrate_ensemble(problem, *starts, FOUR, [0.1, 0.1, 2.5], 5, progress=True)
-    assert [*many.outcomes] == [2] and many.outcomes[2].notes  # which was run by itself
+    states = (np.tile(x, (3, 1)) for x in (problem.q0, problem.v0))
+    ensemble = galvi.integrate_ensemble(problem, *states, FOUR, [0.1, 0.1, 2.5], 5, progress=True)
+    assert [*ensemble.outcomes] == [2] and ensemble.outcomes[2].notes  # which was run by itself
     assert " 3/3 " in capsys.readouterr().err
 
 
@@ -241,30 +244,30 @@ def test_energies_are_judged_of_no_member():
 MEMBERS = 21
 
 
-def final(name, members, mark=""):
-    """The final states of some members, whose steps differ and so need different passes, which end
-    long before round-off.
+def final_states(name, members, code_comment=""):
+    """The final states of the members with these indices.
 
-    mark  added to the law's lines, so that code with a fault is compiled and kept apart
+    Their steps differ and need different numbers of passes, which stop long before rounding.
+    ``code_comment`` is added to the lines of the law, so that code with a fault is compiled anew.
     """
     problem, step = CASES[name]
     q, v = (x[members] for x in starts(problem, MEMBERS, 0.05))
     steps = step * np.linspace(0.1, 1.0, MEMBERS)[members]
     plan = TimeGrid(8, steps, problem.t0, problem.q0.shape, problem.v0.shape)
     law, numbers = member_laws.law_of(problem.system, problem.v0.size)
-    law = replace(law, lines=law.lines + mark)
+    law = replace(law, lines=law.lines + code_comment)
     chunk = run_chunk(Chunk(law, numbers, SIX, plan, 1e-9, FinalStates(), 0, q, v))
     assert not chunk.failed.any()
     assert len(members) < MEMBERS or len(set(chunk.passes)) > 1
     return np.concatenate([x.reshape(len(members), -1) for x in chunk.values], axis=1)
 
 
-def check_members_do_not_mix(name, mark=""):
-    """AssertionError unless members have the same bits together, in another order, and fewer."""
-    together = final(name, np.arange(MEMBERS), mark)
+def check_members_do_not_mix(name, code_comment=""):
+    """Asserts that members have the same bits together, in another order, and in a smaller set."""
+    together = final_states(name, np.arange(MEMBERS), code_comment)
     shuffled = np.random.default_rng(3).permutation(MEMBERS)
     for part in (shuffled, shuffled[:10], np.array([4, 11, 20])):
-        assert np.array_equal(final(name, part, mark), together[part])
+        assert np.array_equal(final_states(name, part, code_comment), together[part])
 
 
 @pytest.mark.slow_cases(but=["henon_heiles"])
@@ -273,21 +276,23 @@ def test_members_do_not_mix(name):
     check_members_do_not_mix(name)
 
 
-def unmasked(self, lanes, lane, row):
-    """Every pass for all, solved or not."""
+def store_unmasked(self, lanes, lane, row):
+    """Planted: every pass is stored for all members, solved or not."""
     lanes.store(lane.value, self.work, self.row(row))
 
 
-def leaking(self, name, lane, i=0, keep=layouts.Members.keep):
-    """A state that is written to the neighbour."""
-    turned = layouts.ir.Constant(
+def keep_in_next_lane(self, name, lane, i=0, keep=layouts.Members.keep):
+    """Planted: the state of a member is written to its neighbour."""
+    lane_order = layouts.ir.Constant(
         layouts.ir.VectorType(layouts.ir.IntType(32), 8), [*range(1, 8), 0]
     )
-    moved = self.builder.shuffle_vector(lane.value, lane.value, turned)
-    keep(self, name, layouts.Lane(self.builder, moved), i)
+    shuffled = self.builder.shuffle_vector(lane.value, lane.value, lane_order)
+    keep(self, name, layouts.Lane(self.builder, shuffled), i)
 
 
-@pytest.mark.parametrize(("method", "planted"), [("store_row", unmasked), ("keep", leaking)])
+@pytest.mark.parametrize(
+    ("method", "planted"), [("store_row", store_unmasked), ("keep", keep_in_next_lane)]
+)
 def test_members_that_mix_are_caught(monkeypatch, method, planted):
     monkeypatch.setattr(layouts.Members, method, planted)
     with pytest.raises(AssertionError):
@@ -316,8 +321,8 @@ def test_for_any_number_of_threads_and_size_of_chunks(monkeypatch):
 # ---------------------------------------------------------------- the error of their energy
 
 
-def drift(members=64, steps=30_000):
-    """The mean energy error of members on Kepler's orbits, over its standard error."""
+def relative_energy_drift(members=64, steps=30_000):
+    """The size of the mean energy error of members on Kepler's orbits, over its standard error."""
     problem = galvi.problems.kepler(0.3)
     random = np.random.default_rng(5)
     q, v = (x * (1 + 1e-3 * random.standard_normal((members, 1))) for x in (problem.q0, problem.v0))
@@ -342,7 +347,7 @@ def drift(members=64, steps=30_000):
 def test_the_energy_of_members_does_not_drift():
     """A random walk as in single runs. Measured: 0.3 standard errors; 16 with sums that are not
     compensated."""
-    assert drift() < 5.0
+    assert relative_energy_drift() < 5.0
 
 
 def test_tables_of_members_rounded_to_float64_drift(monkeypatch):
@@ -355,4 +360,4 @@ def test_tables_of_members_rounded_to_float64_drift(monkeypatch):
         return arrays._replace(tables=tables)
 
     monkeypatch.setattr(member_laws, "nystrom_tables", rounded)
-    assert drift() > 10.0
+    assert relative_energy_drift() > 10.0

@@ -1,4 +1,4 @@
-"""Runs for SciPy and xarray, pictures, citations, elements of orbits, resuming until a time."""
+"""Runs as objects of SciPy and xarray, plots, citations, orbital elements, and resumed runs."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def orbit():
 
 
 def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence(orbit, monkeypatch):
-    ask = {
+    calls = {
         "matplotlib": orbit.plot,
         "xarray": orbit.to_xarray,
         "rebound": lambda: galvi.from_rebound("x"),
     }
-    code = f"import sys; sys.modules.update(dict.fromkeys({list(ask)})); import galvi"
+    code = f"import sys; sys.modules.update(dict.fromkeys({list(calls)})); import galvi"
     subprocess.run([sys.executable, "-c", code], check=True)
-    for name, call in ask.items():
+    for name, call in calls.items():
         monkeypatch.setitem(sys.modules, name, None)
         with pytest.raises(ModuleNotFoundError, match=f"Install it: pip install {name}"):
             call()
@@ -127,8 +127,12 @@ def test_a_citation_names_what_was_used_and_nothing_else(orbit):
         of_ias15.sentence.replace("]", "[").replace(", ", "[").split("[")
     )
     assert cited.bibtex.count("{") == cited.bibtex.count("}")
-    beside = replace(run.problem, parameters={"source": "not DE421"}, units="of DE421")
-    assert "Folkner2009" not in str(galvi.cite(galvi.integrate(beside, EIGHT, 4.0, 2)))
+    problem_of_another_source = replace(
+        run.problem, parameters={"source": "not DE421"}, units="of DE421"
+    )
+    assert "Folkner2009" not in str(
+        galvi.cite(galvi.integrate(problem_of_another_source, EIGHT, 4.0, 2))
+    )
     with pytest.raises(TypeError, match="run must be"):
         galvi.cite(3)
 
@@ -146,18 +150,18 @@ def test_elements_and_states_are_inverse(e, size, angles, mean):
     elements = galvi.OrbitalElements(a, e * ones, *(x * ones for x in angles), mean * ones)
     q, v = elements.states(2.0)
     system = galvi.NBody([2.0, 0.0])
-    places = np.concatenate([np.zeros((1, 1, 3)), q], axis=1)
-    speeds = np.concatenate([np.zeros((1, 1, 3)), v], axis=1)
-    problem = galvi.Problem(system, places[0], speeds[0])
-    run = galvi.Trajectory(problem, np.zeros(1), places, speeds, velocities=speeds)
-    back = galvi.orbital_elements(run)
+    positions = np.concatenate([np.zeros((1, 1, 3)), q], axis=1)
+    velocities = np.concatenate([np.zeros((1, 1, 3)), v], axis=1)
+    problem = galvi.Problem(system, positions[0], velocities[0])
+    run = galvi.Trajectory(problem, np.zeros(1), positions, velocities, velocities=velocities)
+    returned = galvi.orbital_elements(run)
     r = float(np.linalg.norm(q))
     scale = (1.0 + e) * max(1.0, size / r) / abs(1.0 - e)
-    assert abs(back.semi_major_axis / a - 1.0) < 1e-14 * scale
-    assert abs(back.eccentricity - e) < 1e-14 * scale * (1.0 + e)
-    again = back.states(2.0)
-    assert np.allclose(again[0], q, rtol=0, atol=1e-13 * scale * r)
-    assert np.allclose(again[1], v, rtol=0, atol=1e-13 * scale * np.linalg.norm(v))
+    assert abs(returned.semi_major_axis / a - 1.0) < 1e-14 * scale
+    assert abs(returned.eccentricity - e) < 1e-14 * scale * (1.0 + e)
+    returned_states = returned.states(2.0)
+    assert np.allclose(returned_states[0], q, rtol=0, atol=1e-13 * scale * r)
+    assert np.allclose(returned_states[1], v, rtol=0, atol=1e-13 * scale * np.linalg.norm(v))
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.99, 1.0 - 1e-9, 1.0 + 1e-9, 1.01, 30.0])
@@ -165,22 +169,26 @@ def test_elements_and_states_are_inverse(e, size, angles, mean):
 def test_keplers_equation_against_arbitrary_precision(e, mean):
     anomaly = float(_anomaly(np.array(e), np.array(mean), np.array(e < 1.0)))
     with mp.workdps(60):
-        big, M = mp.mpf(e), mp.mpf(mean)
+        eccentricity, M = mp.mpf(e), mp.mpf(mean)
         equation = (
-            (lambda x: x - big * mp.sin(x) - M) if e < 1 else (lambda x: big * mp.sinh(x) - x - M)
+            (lambda x: x - eccentricity * mp.sin(x) - M)
+            if e < 1
+            else (lambda x: eccentricity * mp.sinh(x) - x - M)
         )
         exact = mp.findroot(equation, mp.mpf(anomaly))
         slope = abs(mp.diff(equation, exact))
         # An error of half a unit in E or e sin E moves the root by this much.
-        limit = 4e-16 * (abs(exact) * (1 + e) / slope + abs(exact))
-    assert abs(anomaly - exact) < limit
+        tolerance = 4e-16 * (abs(exact) * (1 + e) / slope + abs(exact))
+    assert abs(anomaly - exact) < tolerance
 
 
 def test_a_run_resumes_until_a_time(orbit):
     uncut = galvi.integrate(orbit.problem, EIGHT, 0.1, 50)
     resumed = galvi.resume(orbit, until=5.0)
     assert np.array_equal(resumed.q, uncut.q[20:])
-    assert steps_until(2451544.507, 2451544.5, 1e-3, 0) == 7  # as well as such times are known
+    assert (
+        steps_until(2451544.507, 2451544.5, 1e-3, 0) == 7
+    )  # times of this size are rounded to 5e-10
     for bad, message in ((5.05, "a whole number of steps after"), (1.0, "where the run ends")):
         with pytest.raises(ValueError, match=message):
             galvi.resume(uncut, until=bad)

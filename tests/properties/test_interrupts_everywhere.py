@@ -15,31 +15,31 @@ BUDGET = {"degrees": (4, 6), "by": "evaluations", "budget": 3e3}
 pytestmark = pytest.mark.usefixtures("interruptible")
 
 
-class Pressed:
-    """The gradient of a quartic that interrupts at its k-th call, and cannot be traced."""
+class InterruptingGradient:
+    """The gradient of `quartic`, which calls ``interrupt`` at call ``at`` and cannot be traced."""
 
-    def __init__(self, how):
-        self.how, self.calls, self.at = how, 0, None
+    def __init__(self, interrupt):
+        self.interrupt, self.calls, self.at = interrupt, 0, None
 
     def __call__(self, q):
         self.calls += 1
         if self.calls == self.at:
-            self.how()
+            self.interrupt()
         return q + 0.2 * float(q @ q) * q
 
     def restart(self, at):
         self.calls, self.at = 0, at
 
 
-def raises():
+def raise_interrupt():
     raise KeyboardInterrupt
 
 
-def presses():
+def raise_signal():
     signal.raise_signal(signal.SIGINT)
 
 
-def flat(q):
+def quartic(q):
     with np.errstate(all="ignore"):
         return 0.5 * q @ q + 0.05 * (q @ q) ** 2
 
@@ -56,7 +56,7 @@ CLOCK = galvi.Galerkin(
 
 @cache
 def run_in_a_clock(problem):
-    untraced = galvi.Canonical(1.0, lambda q: float(flat(q)), problem.system.gradient)
+    untraced = galvi.Canonical(1.0, lambda q: float(quartic(q)), problem.system.gradient)
     problem_in_clock = galvi.Problem(untraced, [1.0, 0.0], [0.0, 0.5])
     return galvi.integrate(problem_in_clock, CLOCK, 0.3, duration=0.6, save_every=10**6)
 
@@ -74,30 +74,34 @@ JOBS = {
 
 @pytest.mark.slow_cases("run that fails-raised", "run that fails-pressed")
 @pytest.mark.filterwarnings("ignore:overflow")
-@pytest.mark.parametrize("how", [raises, presses], ids=["raised", "pressed"])
+@pytest.mark.parametrize("interrupt", [raise_interrupt, raise_signal], ids=["raised", "pressed"])
 @pytest.mark.parametrize("name", JOBS)
-def test_an_interrupt_at_any_call_of_a_potential_reaches_the_caller(name, how):
-    gradient = Pressed(how)
-    system = galvi.Canonical(1.0, flat, gradient)
+def test_an_interrupt_at_any_call_of_a_potential_reaches_the_caller(name, interrupt):
+    gradient = InterruptingGradient(interrupt)
+    system = galvi.Canonical(1.0, quartic, gradient)
     problem = galvi.Problem(system, [1.0, 2.0], [0.0, 0.0])
     JOBS[name](problem)
     gradient.restart(None)
     JOBS[name](problem)
-    for at in sorted({*np.linspace(1, 0.98 * gradient.calls, 6).astype(int)}):
-        gradient.restart(int(at))
+    for call_number in sorted({*np.linspace(1, 0.98 * gradient.calls, 6).astype(int)}):
+        gradient.restart(int(call_number))
         try:
             returned = JOBS[name](problem)
         except KeyboardInterrupt:
             continue
-        reached = gradient.calls >= at  # steps are done in batches, whose lengths rest on times
-        recorded = name == "many" and any(run.interrupted for run in returned)
-        assert recorded or (at > 1 and not reached), f"call {at} of {name}: {returned}"
+        call_was_reached = (
+            gradient.calls >= call_number
+        )  # steps are done in batches, whose lengths depend on measured times
+        run_is_interrupted = name == "many" and any(run.interrupted for run in returned)
+        assert run_is_interrupted or (call_number > 1 and not call_was_reached), (
+            f"call {call_number} of {name}: {returned}"
+        )
 
 
 def test_a_handler_of_the_program_that_raises_ends_many_runs_on_threads():
     problem = galvi.problems.outer_solar_system()
     galvi.integrate_many([problem] * 2, FOUR, 1.0, 10)  # numba must not be interrupted as it loads
-    before = signal.signal(signal.SIGALRM, lambda *_: raises())
+    before = signal.signal(signal.SIGALRM, lambda *_: raise_interrupt())
     threads = set(threading.enumerate())
     signal.setitimer(signal.ITIMER_REAL, 0.3)
     try:
@@ -109,15 +113,15 @@ def test_a_handler_of_the_program_that_raises_ends_many_runs_on_threads():
     assert not {thread for thread in threading.enumerate() if "ThreadPool" in thread.name} - threads
 
 
-def fresh(number):
+def uncompiled_functions(strength):
     """A potential and a gradient that have not been compiled yet."""
 
     def potential(q):
-        return 0.5 * (q @ q) + number * q[0] ** 4
+        return 0.5 * (q @ q) + strength * q[0] ** 4
 
     def gradient(q):
         out = q.copy()
-        out[0] += 4 * number * q[0] ** 3
+        out[0] += 4 * strength * q[0] ** 3
         return out
 
     return numba.njit(potential), numba.njit(gradient)
@@ -126,11 +130,11 @@ def fresh(number):
 @pytest.mark.slow(beside="test_compilation_leaves_an_ignored_interrupt_ignored")
 def test_an_interrupt_while_compiling_is_neither_printed_and_dropped_nor_lost(capfd):
     """The signal is delivered from a timer; a compilation is over before it takes effect."""
-    before = signal.signal(signal.SIGALRM, lambda *_: presses())
+    before = signal.signal(signal.SIGALRM, lambda *_: raise_signal())
     outcomes = []
     try:
         for k in range(20):
-            functions = fresh(1.0 + k / 64)
+            functions = uncompiled_functions(1.0 + k / 64)
             armed = True
             signal.setitimer(signal.ITIMER_REAL, 0.008 * (k + 0.5))
             try:
@@ -152,7 +156,7 @@ def test_an_interrupt_while_compiling_is_neither_printed_and_dropped_nor_lost(ca
 def test_compilation_leaves_an_ignored_interrupt_ignored():
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        potential, _ = fresh(0.125)
+        potential, _ = uncompiled_functions(0.125)
         assert potential(np.ones(2)) == 1.125
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:

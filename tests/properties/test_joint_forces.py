@@ -1,4 +1,4 @@
-"""Forces on trees: a user's own, those of a MuJoCo model by its accelerations, and its controls."""
+"""Forces on trees: a user's, those of a MuJoCo model against its accelerations, and controls."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ SITES = """<site site="w"/><site site="s1"/><pulley divisor="2"/><site site="s2"
 
 
 def model(elements="", option="", joint="", body=""):
-    """Every kind of joint, with sites; ``elements`` are tendons and actuators."""
+    """MJCF with every kind of joint and with sites; ``elements`` are tendons and actuators."""
     return f"""<mujoco>{option}<worldbody><site name="w" pos=".3 .1 .2"/>
 <body {body}><joint name="a" axis="0 1 0" {joint}/>{INERTIA}<site name="s1" pos=".1 0 -.1"/>
 <body pos="0 0 -.4"><joint name="b" axis="1 .3 0" ref=".2"/><joint name="c" type="slide"/>{INERTIA}
@@ -34,7 +34,7 @@ def model(elements="", option="", joint="", body=""):
 <site name="s4" pos=".1 .2 -.1"/></body></worldbody>{elements}</mujoco>"""
 
 
-def act(*kinds):
+def actuators(*kinds):
     return f"<actuator>{''.join(f'<{kind}/>' for kind in kinds)}</actuator>"
 
 
@@ -45,16 +45,18 @@ def tendon(kind, path, inner=""):
 AFFINE = 'gaintype="affine" gainprm="1 2 3" biastype="affine" biasprm=".1 .2 .3"'
 SPRING = 'stiffness="3 4 5" damping="2 3 4"'
 MEDIUM = '<option density="900" viscosity="2" wind="1 2 3"/>'
-MODELS = {  # with the controls
-    "motors": (model(act('motor joint="a" gear="3"', 'motor joint="c" gear="2"',
+MODELS = {  # Name -> MJCF, and its controls or None
+    "motors": (model(actuators('motor joint="a" gear="3"', 'motor joint="c" gear="2"',
         'motor joint="d" gear="1 2 3"', 'motor joint="f" gear="1 2 3 4 5 6"')), [1, 2, 3, 4]),
-    "servos": (model(act('position joint="a" kp="10" kv="2" gear="3"',
+    "servos": (model(actuators('position joint="a" kp="10" kv="2" gear="3"',
                          'velocity joint="c" kv="3"')), [1, 2]),
-    "affine gain and bias": (model(act(f'general joint="b" {AFFINE} gear="2"')), [0.7]),
-    "a motor of a tendon": (model(tendon("fixed", FIXED) + act('motor tendon="t" gear="2"')), [2]),
+    "affine gain and bias": (model(actuators(f'general joint="b" {AFFINE} gear="2"')), [0.7]),
+    "a motor of a tendon": (model(tendon("fixed", FIXED)
+                                  + actuators('motor tendon="t" gear="2"')), [2]),
     "a servo of a path": (model(tendon("spatial", SITES)
-                                + act('position tendon="t" kp="3" gear="2"')), [0.7]),
-    "thrusters": (model(act('motor site="s2" gear="1 2 3 4 5 6"', 'motor site="s4" gear="0 0 9"')),
+                                + actuators('position tendon="t" kp="3" gear="2"')), [0.7]),
+    "thrusters": (model(actuators('motor site="s2" gear="1 2 3 4 5 6"',
+                                  'motor site="s4" gear="0 0 9"')),
                   [0.7, 0.3]),
     "a fixed tendon": (model(tendon("fixed", FIXED, SPRING + ' springlength=".1 .3"')), None),
     "a path": (model(tendon("spatial", SITES, SPRING + ' springlength=".2 .25"')), None),
@@ -66,23 +68,26 @@ MODELS = {  # with the controls
 }  # fmt: skip
 
 
-def read(kind):
-    text, ctrl = MODELS[kind]
+def read(name):
+    text, ctrl = MODELS[name]
     return reader.read(text, ("contacts",), ctrl=ctrl)
 
 
 def states(problem, number=6):
-    """Random ones, and those with all coordinates and velocities of the other sign."""
-    draw, system = np.random.default_rng(4), problem.system
+    """Yields 2 ``number`` states: random displacements and velocities, and their opposites."""
+    generator, system = np.random.default_rng(4), problem.system
     qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
     for _ in range(number):
-        away, rate = 0.5 * draw.normal(size=qpos.size), draw.normal(size=qvel.size)
+        displacement, velocity = (
+            0.5 * generator.normal(size=qpos.size),
+            generator.normal(size=qvel.size),
+        )
         for sign in (1.0, -1.0):
-            yield system.from_mujoco(qpos + sign * away, sign * rate)
+            yield system.from_mujoco(qpos + sign * displacement, sign * velocity)
 
 
-def off(problem, mujoco_model):
-    """How far galvi's accelerations are from MuJoCo's of the file's own model, relatively."""
+def largest_error(problem, mujoco_model):
+    """The largest relative difference between galvi's accelerations and MuJoCo's of its model."""
     largest, mj_data = 0.0, mujoco_model.start_data()
     for q, v in states(problem):
         mj_data.qpos[:], mj_data.qvel[:] = problem.system.to_mujoco(q, v)
@@ -95,27 +100,27 @@ def off(problem, mujoco_model):
 
 
 @pytest.mark.slow_cases("motors")
-@pytest.mark.parametrize("kind", MODELS)
-def test_forces_of_a_model_accelerate_as_in_mujoco(kind):
-    problem, mujoco_model = read(kind)
+@pytest.mark.parametrize("name", MODELS)
+def test_forces_of_a_model_accelerate_as_in_mujoco(name):
+    problem, mujoco_model = read(name)
     assert not mujoco_model.differences.keys() - {"contacts"}
-    assert off(problem, mujoco_model) < 1e-12  # 4e-14
-    without = replace(problem.system, force=None, timed_force=False)
+    assert largest_error(problem, mujoco_model) < 1e-12  # 4e-14
+    unforced = replace(problem.system, force=None, timed_force=False)
     q, v = next(states(problem))
-    assert np.max(np.abs(without.acceleration(q, v) - problem.system.acceleration(q, v))) > 1e-3
+    assert np.max(np.abs(unforced.acceleration(q, v) - problem.system.acceleration(q, v))) > 1e-3
 
 
-@pytest.mark.parametrize("kind", MODELS)
-def test_the_law_for_lanes_is_the_kernels(kind):
-    system, names = read(kind)[0].system, {}
-    exec(lines_of(system.force), names)
-    for q, v in states(read(kind)[0], 2):
+@pytest.mark.parametrize("name", MODELS)
+def test_the_law_for_lanes_is_the_kernels(name):
+    system, namespace = read(name)[0].system, {}
+    exec(lines_of(system.force), namespace)
+    for q, v in states(read(name)[0], 2):
         kernels, numbers = system.force(q, v, 0.0), system.force.compiled()[1]
-        lanes = names["force"](q.ravel().tolist(), v.tolist(), 0.0, numbers)
+        lanes = namespace["force"](q.ravel().tolist(), v.tolist(), 0.0, numbers)
         assert np.array(lanes) == pytest.approx(kernels, rel=1e-13, abs=1e-13)
 
 
-FAULTS = {  # of each part one or two, most by 1e-6
+FAULTS = {  # Name of the model -> a field of its forces, and a change of each entry, mostly 1e-6
     "motors": ("pulls", lambda pull: replace(pull, constant=pull.constant + 1e-6)),
     "a servo of a path": ("pulls", lambda pull: replace(pull, points=pull.points[:2])),
     "thrusters": ("pushes", lambda push: (push[0], push[1] + 1e-6, *push[2:])),
@@ -127,20 +132,20 @@ FAULTS = {  # of each part one or two, most by 1e-6
 }
 
 
-@pytest.mark.parametrize("kind", FAULTS)
-def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_misread_force_is_caught_by_the_accelerations(name, monkeypatch):
     """Planted: each force with one number changed."""
-    part, change = FAULTS[kind]
+    field, change = FAULTS[name]
     forces_of = mujoco_forces.forces_of
 
     def wrong(*arguments):
         force = forces_of(*arguments)
-        changed = {part: tuple(change(force_part) for force_part in getattr(force, part))}
-        return replace(force, **changed, drives=())  # which would set the numbers anew
+        changes = {field: tuple(change(force_part) for force_part in getattr(force, field))}
+        return replace(force, **changes, drives=())  # drives would compute the numbers anew
 
     monkeypatch.setattr(reader, "forces_of", wrong)
     with pytest.raises(ValueError, match="misreads this model: MuJoCo accelerates joint"):
-        read(kind)
+        read(name)
 
 
 # ---------------------------------------------------------------- limits, controls, refusals
@@ -151,15 +156,15 @@ kp="10" {drive}/></actuator><keyframe><key name="bent" ctrl=".5"/></keyframe></m
 
 
 @pytest.mark.parametrize(
-    ("where", "message"),
+    ("limits", "message"),
     [
         ({"drive": 'forcerange="-3 3"', "joint": ""}, "the force of actuator drive is beyond"),
         ({"joint": 'actuatorfrcrange="-3 3"', "drive": ""}, "actuators push a beyond its limits"),
     ],
     ids=["actuator", "joint"],
 )
-def test_a_run_ends_where_a_force_reaches_its_limit(where, message):
-    problem = galvi.from_mujoco(ARM.format(**where), ctrl=[0.2])
+def test_a_run_ends_where_a_force_reaches_its_limit(limits, message):
+    problem = galvi.from_mujoco(ARM.format(**limits), ctrl=[0.2])
     assert galvi.integrate(problem, METHOD, 0.02, 20).success
     faster = problem.with_initial_state(problem.q0, [2.0])
     for solver in ("auto", "newton"):
@@ -190,16 +195,18 @@ def test_controls_are_given_a_keyframes_or_zero():
 ROUND = '<site site="w"/><geom geom="g"/><site site="s1"/>'
 WRAPPED = tendon("spatial", ROUND, 'stiffness="1"')
 REFUSED = {
-    "with a state of their own (slow)": act('general name="slow" joint="a" dyntype="filter"'),
-    "some with a state of their own": act('muscle joint="a" lengthrange="0 1"'),
-    "on cranks": act('motor cranksite="s1" slidersite="s2" cranklength=".5"'),
-    "some that are servos of ball or free joints (spin)": act(
+    "with a state of their own (slow)": actuators('general name="slow" joint="a" dyntype="filter"'),
+    "some with a state of their own": actuators('muscle joint="a" lengthrange="0 1"'),
+    "on cranks": actuators('motor cranksite="s1" slidersite="s2" cranklength=".5"'),
+    "some that are servos of ball or free joints (spin)": actuators(
         'position name="spin" joint="d" kp="1"'
     ),
-    "some in the parent frame on ball or free joints": act('motor jointinparent="d" gear="1 2 3"'),
-    "between sites": act('position site="s1" refsite="s2" kp="1" gear="1"'),
+    "some in the parent frame on ball or free joints": actuators(
+        'motor jointinparent="d" gear="1 2 3"'
+    ),
+    "between sites": actuators('position site="s1" refsite="s2" kp="1" gear="1"'),
     "that wrap around geoms (t)": WRAPPED,
-    "on tendons that wrap around geoms (actuator 0)": WRAPPED + act('motor tendon="t"'),
+    "on tendons that wrap around geoms (actuator 0)": WRAPPED + actuators('motor tendon="t"'),
     "with an armature (t)": tendon("fixed", FIXED, 'armature="1"'),
 }
 
@@ -270,8 +277,8 @@ def test_a_force_of_the_users_acts_beside_damping(force, timed):
     assert runs[0].success and runs[0].q[-1] == pytest.approx(runs[1].q[-1], abs=1e-12)
     lighter = system.with_numbers(gravity=[0.0, 0.0, -1.0])
     assert lighter.given_force == (force, timed)
-    same = replace(system, gravity=(0.0, 0.0, -1.0))
-    assert np.array_equal(same.acceleration(q, v), lighter.acceleration(q, v))
+    replaced = replace(system, gravity=(0.0, 0.0, -1.0))
+    assert np.array_equal(replaced.acceleration(q, v), lighter.acceleration(q, v))
 
 
 def test_held_weights_follow_gravity():
@@ -287,7 +294,7 @@ def test_held_weights_follow_gravity():
 
 # ---------------------------------------------------------------- controls that change
 
-TICK = 0.002
+TICK_SECONDS = 0.002
 DRIVEN = """<mujoco><option timestep="0.0005" integrator="RK4"/><worldbody>
   <body><joint name="a" axis="0 1 0" damping="0.3"/><joint name="b" axis="1 0 0"/>
     <inertial pos="0 0 -0.2" mass="1" diaginertia="0.02 0.02 0.01"/>
@@ -304,7 +311,7 @@ DRIVEN = """<mujoco><option timestep="0.0005" integrator="RK4"/><worldbody>
       biasprm="0.1 -1 -0.1"/>
     <motor name="jet" site="nozzle" gear="1 0.5 0 0 0 0.1" forcelimited="true" forcerange="-1 1"/>
   </actuator></mujoco>"""
-U = np.random.default_rng(3).uniform(-1.5, 1.5, (50, 5))
+CONTROLS = np.random.default_rng(3).uniform(-1.5, 1.5, (50, 5))
 
 
 def arm(ctrl=None):
@@ -313,30 +320,34 @@ def arm(ctrl=None):
 
 @pytest.mark.parametrize("k", range(2))
 def test_with_numbers_is_the_model_read_with_these_controls(k):
-    read, controlled = arm(U[k]).system, arm().system.with_numbers(ctrl=U[k])
-    q, v = U[k + 1, :3], U[k + 2, :3]
+    read_system, controlled = arm(CONTROLS[k]).system, arm().system.with_numbers(ctrl=CONTROLS[k])
+    q, v = CONTROLS[k + 1, :3], CONTROLS[k + 2, :3]
     assert controlled.acceleration(q, v) == pytest.approx(
-        read.acceleration(q, v), rel=1e-13, abs=1e-13
+        read_system.acceleration(q, v), rel=1e-13, abs=1e-13
     )
-    np.testing.assert_array_equal(controlled.force.numbers, read.force.numbers)
-    again = controlled.with_numbers(ctrl=U[k + 1])  # from one to the next, without reading
-    np.testing.assert_array_equal(again.force.numbers, arm(U[k + 1]).system.force.numbers)
-    heavy = controlled.with_numbers(masses=[2.0, 1.0])  # keeps its controls
-    assert heavy.with_numbers(masses=[1.0, 0.5]).acceleration(q, v) == pytest.approx(
-        read.acceleration(q, v), rel=1e-12
+    np.testing.assert_array_equal(controlled.force.numbers, read_system.force.numbers)
+    with_next_controls = controlled.with_numbers(
+        ctrl=CONTROLS[k + 1]
+    )  # from the last controls, without reading the model
+    np.testing.assert_array_equal(
+        with_next_controls.force.numbers, arm(CONTROLS[k + 1]).system.force.numbers
+    )
+    heavier = controlled.with_numbers(masses=[2.0, 1.0])  # keeps its controls
+    assert heavier.with_numbers(masses=[1.0, 0.5]).acceleration(q, v) == pytest.approx(
+        read_system.acceleration(q, v), rel=1e-12
     )
 
 
 def test_ticks_of_resume_are_those_of_mujoco():
     problem = arm()
-    first = replace(problem, system=problem.system.with_numbers(ctrl=U[0]))
-    run = galvi.integrate(first, METHOD, TICK, 1)
+    first = replace(problem, system=problem.system.with_numbers(ctrl=CONTROLS[0]))
+    run = galvi.integrate(first, METHOD, TICK_SECONDS, 1)
     mj_data = mujoco.MjData(mujoco.MjModel.from_xml_string(DRIVEN))
-    for k, u in enumerate(U):
+    for k, u in enumerate(CONTROLS):
         run = galvi.resume(run, 1, ctrl=u) if k else run
         mj_data.ctrl[:] = u
         mujoco.mj_step(mj_data.model, mj_data, nstep=4)
-    assert run.engine == "lanes" and run.t[-1] == pytest.approx(len(U) * TICK)
+    assert run.engine == "lanes" and run.t[-1] == pytest.approx(len(CONTROLS) * TICK_SECONDS)
     assert run.q[-1] == pytest.approx(mj_data.qpos, abs=1e-9)
     assert run.v[-1] == pytest.approx(mj_data.qvel, abs=1e-7)
 
@@ -345,14 +356,16 @@ def test_ticks_of_resume_are_those_of_mujoco():
 def test_members_with_controls_of_their_own():
     problem = arm()
     q, v = np.repeat(problem.q0[None], 4, axis=0), np.repeat(problem.v0[None], 4, axis=0)
-    many = galvi.integrate_ensemble(problem, q, v, METHOD, TICK, 50, parameters={"ctrl": U[:4]})
+    many = galvi.integrate_ensemble(
+        problem, q, v, METHOD, TICK_SECONDS, 50, parameters={"ctrl": CONTROLS[:4]}
+    )
     for k in range(4):
-        single = galvi.integrate(arm(U[k]), METHOD, TICK, 50)
+        single = galvi.integrate(arm(CONTROLS[k]), METHOD, TICK_SECONDS, 50)
         assert np.asarray(many)[k, 0] == pytest.approx(single.q[-1], abs=1e-13)
 
 
 def test_other_controls_do_not_compile_anew():
-    zero, nonzero = (arm().system.with_numbers(ctrl=u) for u in (np.zeros(5), U[0]))
+    zero, nonzero = (arm().system.with_numbers(ctrl=u) for u in (np.zeros(5), CONTROLS[0]))
     assert law_of(zero)[0] == law_of(nonzero)[0] == law_of(arm().system)[0]
 
 
@@ -362,12 +375,12 @@ def test_a_planted_drive_that_keeps_its_slope_is_caught(monkeypatch):
         Drive, "force_coefficients", lambda drive, u: (law(drive, u)[0], *law(drive, 0.0)[1:])
     )
     with pytest.raises(ValueError, match="misreads this model"):
-        arm(U[0])
+        arm(CONTROLS[0])
 
 
 @pytest.mark.slow(beside="tests/suite/reports/test_judge.py::test_sources_of_every_kind_are_judged")
 def test_judge_takes_controls():
-    """A servo at ctrl 0 rests; with others it moves, in MuJoCo's run as in galvi's."""
+    """The servo rests at ctrl = 0; with these controls it moves, in MuJoCo's run and in galvi's."""
     ctrl = np.array([0.5, 0.4, 0.0, 0.2, 0.3])
     driven = mujoco.MjModel.from_xml_string(DRIVEN)
     verdict = galvi.judge(driven, 0.2, 1e-6, ctrl=ctrl, qpos=[0.1, 0.0, 0.0], quick=True)
@@ -378,14 +391,14 @@ def test_a_thruster_on_the_world_pushes_nothing():
     text = """<mujoco><worldbody><site name="w" pos="0.3 0.2 1"/>
       <body><joint axis="0 1 0"/><inertial pos="0 0 -0.2" mass="1" diaginertia=".2 .2 .1"/></body>
       </worldbody><actuator><motor site="w" gear="1 0 0 0 0 0"/></actuator></mujoco>"""
-    run = galvi.integrate(galvi.from_mujoco(text), METHOD, TICK, 1)
+    run = galvi.integrate(galvi.from_mujoco(text), METHOD, TICK_SECONDS, 1)
     assert abs(galvi.resume(run, 50, ctrl=[3.0]).q[-1, 0]) < 1e-15
 
 
 def test_a_gain_that_is_misread_is_caught_where_controls_are_0(monkeypatch):
     laws = mujoco_forces._gain_and_bias
     monkeypatch.setattr(
-        mujoco_forces, "_gain_and_bias", lambda model, k: ((2.0, 0.0, 0.0), laws(model, k)[1])
+        mujoco_forces, "_gain_and_bias", lambda mujoco_model, k: ((2.0, 0.0, 0.0), laws(mujoco_model, k)[1])
     )
     with pytest.raises(ValueError, match="misreads this model"):
         arm()
@@ -399,7 +412,7 @@ def test_resume_with_controls_refuses_what_it_cannot_keep(tmp_path):
         with pytest.raises(ValueError, match="events"):
             galvi.resume(trajectory, 1, ctrl=np.zeros(5))
     strong = DRIVEN.replace('gear="2"', 'gear="2" forcelimited="true" forcerange="-1 1"')
-    run = galvi.integrate(galvi.from_mujoco(strong), METHOD, TICK, 1)
+    run = galvi.integrate(galvi.from_mujoco(strong), METHOD, TICK_SECONDS, 1)
     with pytest.raises(ValueError, match=r"actuator pusher is beyond its limits .* Choose other"):
         galvi.resume(run, 1, ctrl=[3.0, 0.0, 0.0, 0.0, 0.0])
 

@@ -1,5 +1,5 @@
-"""How a run ended is found when it is first asked for, once, and by whoever hands the run on; a run
-whose energy cannot be judged keeps what it computed, and says why it was not."""
+"""The outcome of a run is assessed once, at the first query or when the run is copied or saved. A
+run whose energy cannot be assessed keeps its states and says why."""
 
 import pickle
 import signal
@@ -24,21 +24,21 @@ STEPS = 40
 
 
 @pytest.fixture
-def judgements(monkeypatch):
-    """Times at which runs were judged, in steps done."""
-    steps_assessed, assess_run = [], loop.assess_run
+def assessed_steps(monkeypatch):
+    """The list of steps done at each assessment of a run."""
+    steps, assess_run = [], loop.assess_run
 
     def counted(engine, run, work):
-        steps_assessed.append(work.steps_done)
+        steps.append(work.steps_done)
         time.sleep(0.005)  # in which another thread may ask
         return assess_run(engine, run, work)
 
     monkeypatch.setattr(loop, "assess_run", counted)
-    return steps_assessed
+    return steps
 
 
-def looks(tmp_path):
-    """Ways to ask."""
+def queries(tmp_path):
+    """Name -> function of a run that needs its outcome."""
     return {
         "outcome": lambda run: run.outcome,
         "success": lambda run: run.success,
@@ -55,14 +55,14 @@ def looks(tmp_path):
     }
 
 
-@pytest.mark.parametrize("name", looks(None))
-def test_a_run_is_judged_once_when_it_is_asked(judgements, tmp_path, name):
+@pytest.mark.parametrize("name", queries(None))
+def test_a_run_is_assessed_once_when_it_is_first_asked(assessed_steps, tmp_path, name):
     run = galvi.integrate(KEPLER, EIGHT, 0.1, 50)
     run(0.3), run.v, run.to_frame(), galvi.energy(run), run.counts, run.interrupted
-    assert not judgements
-    looks(tmp_path)[name](run)
-    looks(tmp_path)[name](run)
-    assert judgements == [50]
+    assert not assessed_steps
+    queries(tmp_path)[name](run)
+    queries(tmp_path)[name](run)
+    assert assessed_steps == [50]
     assert run.success and run.status == "Completed." and run.checkpoint.first == 50
 
 
@@ -70,25 +70,25 @@ NUMBERS = {"k": 1.0}
 
 
 @pytest.mark.parametrize("solver", ["auto", "newton"])
-@pytest.mark.parametrize("kind", ["potential", "Lagrangian"])
-def test_a_status_does_not_change_with_what_a_function_refers_to(monkeypatch, kind, solver):
-    """What Python functions say is asked at once: later they may say something else."""
-    if kind == "potential":
+@pytest.mark.parametrize("system_type", ["potential", "Lagrangian"])
+def test_a_status_does_not_change_with_what_a_function_refers_to(monkeypatch, system_type, solver):
+    """Python functions are evaluated at once, since later they may return other values."""
+    if system_type == "potential":
         system = galvi.Canonical(
             1.0, lambda q: 0.5 * NUMBERS["k"] * q[0] ** 2, lambda q: NUMBERS["k"] * q
         )
         problem = galvi.Problem(system, [1.0], [0.0])
     else:
-        lagrangian = galvi.Lagrangian(
+        lagrangian_system = galvi.Lagrangian(
             lambda q, v: 0.5 * v[0] ** 2 - 0.5 * NUMBERS["k"] * q[0] ** 2, galvi.Rn(1)
         )
-        problem = galvi.Problem(lagrangian, [1.0], [0.0])
+        problem = galvi.Problem(lagrangian_system, [1.0], [0.0])
     run = galvi.integrate(problem, EIGHT, 0.5, 40, solver=solver)
     monkeypatch.setitem(NUMBERS, "k", 4.0)
     assert run.status == "Completed." and run.success
 
 
-def test_ctrl_c_while_a_run_is_judged_leaves_it_to_the_next_who_asks(monkeypatch):
+def test_ctrl_c_during_an_assessment_leaves_it_to_the_next_query(monkeypatch):
     run, assess_run = galvi.integrate(KEPLER, EIGHT, 0.1, 50), loop.assess_run
 
     def interrupted(*arguments):
@@ -102,7 +102,7 @@ def test_ctrl_c_while_a_run_is_judged_leaves_it_to_the_next_who_asks(monkeypatch
 
 
 class Planted:
-    """A potential, or L, that does ``what`` from its call ``at`` on, or where ``far``."""
+    """A potential or L that calls ``action`` from its call ``at`` on, or where ``beyond`` holds."""
 
     def __init__(self, function, action, at=None, beyond=None):
         self.function, self.action, self.at, self.beyond = function, action, at, beyond
@@ -138,11 +138,11 @@ def canonical(planted):
 
 
 def rigid_body(planted):
-    turned = Rotation.from_rotvec([1.0, 0.0, 0.0]).as_matrix()
+    attitude = Rotation.from_rotvec([1.0, 0.0, 0.0]).as_matrix()
     system = galvi.RigidBody(
         [1.0, 2.0, 2.5], planted, lambda R: np.diag([0.0, 0.0, 2.0]), check=False
     )
-    return galvi.Problem(system, turned, [0.1, 0.2, 0.3])
+    return galvi.Problem(system, attitude, [0.1, 0.2, 0.3])
 
 
 def lagrangian(planted):
@@ -152,22 +152,22 @@ def lagrangian(planted):
     return galvi.Problem(system, [1.0], [0.0])
 
 
-MADE = {
+FUNCTION_OF_PROBLEM = {
     canonical: spring,
     rigid_body: lambda R: 2.0 * R[2, 2],
     lagrangian: lambda q, v: 0.5 * (v @ v - q @ q),
 }
 
 
-def planted_problem(kind, action, at=None):
+def planted_problem(make_problem, action, at=None):
     """A problem whose steps do not call the planted function, which is also returned."""
-    planted = Planted(MADE[kind], action, at)
-    return kind(planted), planted
+    planted = Planted(FUNCTION_OF_PROBLEM[make_problem], action, at)
+    return make_problem(planted), planted
 
 
-def calls(kind):
-    """How many calls come before the judgement of a run, and how many in all."""
-    problem, planted = planted_problem(kind, lambda: None)
+def counted_calls(make_problem):
+    """The number of calls before the assessment of a run, the number of all calls, and the run."""
+    problem, planted = planted_problem(make_problem, lambda: None)
     unplanted = galvi.integrate(problem, FOUR, 0.1, STEPS)
     assert unplanted.status == "Completed."
     total = planted.calls
@@ -178,13 +178,15 @@ def calls(kind):
 ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float"), OSError()]
 
 
-@pytest.mark.parametrize(("kind", "error"), [*zip([*MADE, canonical], ERRORS, strict=True)])
-def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
-    before, total, unplanted = calls(kind)
-    for at in sorted({before + 1, before + 2, (before + total) // 2, total}):
-        problem, planted = planted_problem(kind, raising(error), at)
+@pytest.mark.parametrize(
+    ("make_problem", "error"), [*zip([*FUNCTION_OF_PROBLEM, canonical], ERRORS, strict=True)]
+)
+def test_an_exception_in_the_assessment_is_named_and_loses_nothing(make_problem, error):
+    before, total, unplanted = counted_calls(make_problem)
+    for call_number in sorted({before + 1, before + 2, (before + total) // 2, total}):
+        problem, planted = planted_problem(make_problem, raising(error), call_number)
         run = galvi.integrate(problem, FOUR, 0.1, STEPS)
-        assert run.success and planted.calls >= at
+        assert run.success and planted.calls >= call_number
         assert run.failed_step is None and not run.interrupted
         assert np.array_equal(run.q, unplanted.q) and np.array_equal(run.p, unplanted.p)
         assert run.outcome.end is galvi.End.DOUBTFUL
@@ -194,7 +196,7 @@ def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
         )
 
 
-def test_the_steps_that_can_be_judged_are():
+def test_the_steps_that_can_be_assessed_are():
     """The wrong force drives q from 1 to cosh 4, and the potential is a table that ends at 5."""
     planted = Planted(spring, raising(KeyError("off")), beyond=lambda q: abs(q[0]) > 5.0)
     right, wrong = (
@@ -212,7 +214,7 @@ def test_the_steps_that_can_be_judged_are():
     assert f"t = {0.1 * first:.10g}, where it raised KeyError: 'off'" in note
 
 
-def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_judged_says_all():
+def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_assessed_says_all():
     """The wrong force of an inverted spring becomes NaN at 9, long after the energy is lost."""
     planted = Planted(spring, raising(LookupError("end")), beyond=lambda q: q[0] > 3.0)
     system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
@@ -225,18 +227,20 @@ def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_judged_says_all()
         galvi.resume(run, 1)
 
 
-@pytest.mark.parametrize("kind", MADE)
-@pytest.mark.parametrize("how", ["raised", "pressed"])
+@pytest.mark.parametrize("make_problem", FUNCTION_OF_PROBLEM)
+@pytest.mark.parametrize("interrupt", ["raised", "pressed"])
 @pytest.mark.usefixtures("interruptible")
-def test_ctrl_c_while_a_run_is_judged_raises_with_it_and_the_next_who_asks_is_told(kind, how):
-    action = raising(KeyboardInterrupt()) if how == "raised" else press
-    before, total, unplanted = calls(kind)
-    for at in sorted({before + 1, (before + total) // 2, total}):
-        problem, planted = planted_problem(kind, action, at)
+def test_ctrl_c_during_an_assessment_raises_with_the_run_which_can_be_asked_again(
+    make_problem, interrupt
+):
+    action = raising(KeyboardInterrupt()) if interrupt == "raised" else press
+    before, total, unplanted = counted_calls(make_problem)
+    for call_number in sorted({before + 1, (before + total) // 2, total}):
+        problem, planted = planted_problem(make_problem, action, call_number)
         with pytest.raises(Interrupted) as caught:
             galvi.integrate(problem, FOUR, 0.1, STEPS)
         run = caught.value.run
-        assert planted.calls == at  # the judgement ends at once
+        assert planted.calls == call_number  # the assessment ends at once
         assert np.array_equal(run.q, unplanted.q) and np.array_equal(run.p, unplanted.p)
         planted.at = None
         assert run.status == "Completed." and galvi.resume(run, 3).success
@@ -274,7 +278,7 @@ def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
 
 
 def press():
-    """Ctrl-C."""
+    """Raises SIGINT, as Ctrl-C does."""
     signal.raise_signal(signal.SIGINT)
 
 

@@ -33,8 +33,8 @@ def test_universal_functions_are_their_series(beta: float, X: float) -> None:
             (-mp.mpf(beta)) ** k * mp.mpf(X) ** (n + 2 * k) / mp.factorial(n + 2 * k)
             for k in range(40)
         )
-        true = float(sum(terms))
-        assert abs(value - true) <= 4e-15 * abs(X) ** n * np.cosh(abs(beta) ** 0.5 * abs(X)), n
+        exact = float(sum(terms))
+        assert abs(value - exact) <= 4e-15 * abs(X) ** n * np.cosh(abs(beta) ** 0.5 * abs(X)), n
     shifted = universal.shifted(beta, universal.universal(beta, X - 1e-6, 10), 1e-6)
     assert np.allclose(shifted, functions, rtol=1e-13, atol=1e-13)
 
@@ -42,11 +42,11 @@ def test_universal_functions_are_their_series(beta: float, X: float) -> None:
 # ---------------------------------------------------------------- planets
 
 
-@pytest.mark.parametrize(("even", "bound"), [(False, 1e-10), (True, 1e-8)])
-def test_planets_are_where_the_stored_truth_has_them(even: bool, bound: float) -> None:
-    true = STORED_TRUTH.run(PLANETS, 7_305.0, {"samples": 1}).q[-1]
+@pytest.mark.parametrize(("even", "tolerance"), [(False, 1e-10), (True, 1e-8)])
+def test_planets_are_where_the_stored_truth_has_them(even: bool, tolerance: float) -> None:
+    truth = STORED_TRUTH.run(PLANETS, 7_305.0, {"samples": 1}).q[-1]
     run = galvi.integrate(PLANETS, method(16, even=even), 7_305.0 / 183, 183, save_every=183)
-    assert run.success and np.max(np.abs(run.q[-1] - true)) < bound  # 1e-11 au
+    assert run.success and np.max(np.abs(run.q[-1] - truth)) < tolerance  # 1e-11 au
 
 
 def test_momenta_are_kept_to_rounding_and_the_energy_does_not_drift() -> None:
@@ -70,19 +70,19 @@ def test_a_frame_that_never_applies_is_not_replaced() -> None:
 
 
 def with_moon() -> galvi.Problem:
-    """The Sun, Venus, the Earth, the Moon and Jupiter, the Moon's orbit about the Earth made up."""
-    chosen = [0, 2, 3, 3, 5]
+    """The Sun, Venus, the Earth, the Moon on an invented orbit, and Jupiter."""
+    rows = [0, 2, 3, 3, 5]
     masses, q, v = (
-        PLANETS.system.masses[chosen],
-        PLANETS.q0[chosen].copy(),
-        PLANETS.v0[chosen].copy(),
+        PLANETS.system.masses[rows],
+        PLANETS.q0[rows].copy(),
+        PLANETS.v0[rows].copy(),
     )
-    pair_mass, share = masses[2], 1.0 / 82.3
-    gap = 0.00257 * np.array([0.6, 0.78, 0.09])
-    pace = np.sqrt(pair_mass / 0.00257) * np.array([-0.79, 0.61, 0.05])
-    masses[2:4] = (1.0 - share) * pair_mass, share * pair_mass
-    q[2:4] += [-share * gap, (1.0 - share) * gap]
-    v[2:4] += [-share * pace, (1.0 - share) * pace]
+    pair_mass, mass_fraction = masses[2], 1.0 / 82.3
+    relative_position = 0.00257 * np.array([0.6, 0.78, 0.09])
+    relative_velocity = np.sqrt(pair_mass / 0.00257) * np.array([-0.79, 0.61, 0.05])
+    masses[2:4] = (1.0 - mass_fraction) * pair_mass, mass_fraction * pair_mass
+    q[2:4] += [-mass_fraction * relative_position, (1.0 - mass_fraction) * relative_position]
+    v[2:4] += [-mass_fraction * relative_velocity, (1.0 - mass_fraction) * relative_velocity]
     names = ["Sun", "Venus", "Earth", "Moon", "Jupiter"]
     return galvi.Problem(galvi.NBody(masses), q, v, parameters={"bodies": names})
 
@@ -104,22 +104,24 @@ def test_energy_and_momenta_of_the_moon_do_not_drift(forces: Any) -> None:
     run = galvi.integrate(moon, method(8, hierarchy=TREE), 4.0, 3_000, save_every=100)
     energies = galvi.energy(run)
     assert np.ptp(energies) < 1e-13 * abs(energies[0])  # 4e-15
-    turning, momenta = galvi.momentum_map(run), galvi.linear_momentum(run)
-    assert forces or np.max(np.abs(turning - turning[0])) < 1e-13 * np.max(np.abs(turning[0]))
+    angular_momenta, momenta = galvi.momentum_map(run), galvi.linear_momentum(run)
+    assert forces or np.max(np.abs(angular_momenta - angular_momenta[0])) < 1e-13 * np.max(
+        np.abs(angular_momenta[0])
+    )
     assert np.max(np.abs(momenta - momenta[0])) < 1e-13 * np.max(np.abs(run.p))
 
 
 def test_a_moon_about_its_planet_takes_fewer_passes_than_as_a_planet() -> None:
     numbers = [np.int64(0), 1, [2, 3], 4]
-    nested, flat = (
+    nested, without_hierarchy = (
         galvi.integrate(MOON, method(16, hierarchy=tree), 5.0, 20) for tree in (numbers, None)
     )
     assert nested.status == "Completed."
-    assert flat.counts["iterations"] > 1.5 * nested.counts["iterations"]
+    assert without_hierarchy.counts["iterations"] > 1.5 * nested.counts["iterations"]
 
 
 def test_massless_bodies_join_by_their_distance_from_the_first_barycentre() -> None:
-    """That of the pair is at 0.18, not halfway at 1: the body at 3.5 is beyond that at -3."""
+    """The pair's barycentre is at 0.18, not halfway at 1: the body at 3.5 is beyond that at -3."""
     q = np.array([[0.0, 0.0], [2.0, 0.0], [-3.0, 0.0], [3.5, 0.0], [2.7, 0.0]])
     v = np.array([[0.0, 0.0], [0.0, 0.7], [0.0, -0.6], [0.0, 0.5], [0.0, 0.6]])
     problem = galvi.Problem(galvi.NBody([1.0, 0.1, 0.01, 0.0, 0.0]), q, v)
@@ -130,9 +132,9 @@ def test_massless_bodies_join_by_their_distance_from_the_first_barycentre() -> N
 
 
 def one_planet(force: Any, e: float) -> galvi.Problem:
-    """At the pericentre of an orbit of semi-major axis 1 about a mass of 1."""
-    pace = np.sqrt((1.0 + e) / (1.0 - e)) * np.array([0.0, np.cos(0.4), np.sin(0.4)])
-    q, v = [[0.0, 0.0, 0.0], [1.0 - e, 0.0, 0.0]], [[0.0, 0.0, 0.0], pace]
+    """A planet at the pericentre of an orbit of semi-major axis 1 about a mass of 1."""
+    velocity = np.sqrt((1.0 + e) / (1.0 - e)) * np.array([0.0, np.cos(0.4), np.sin(0.4)])
+    q, v = [[0.0, 0.0, 0.0], [1.0 - e, 0.0, 0.0]], [[0.0, 0.0, 0.0], velocity]
     return galvi.Problem(galvi.NBody([1.0, 1e-9], forces=force), q, v)
 
 
@@ -142,15 +144,15 @@ def test_steps_where_what_is_left_is_too_strong_are_done_elsewhere() -> None:
     outbound = galvi.integrate(problem, FINE, 0.01, 314)
     comet = galvi.Problem(problem.system, outbound.q[-1], outbound.v[-1])
     run = galvi.integrate(comet, method(8), 0.05, 150)
-    true = galvi.integrate(comet, FINE, 0.00125, 6_000, save_every=40)
+    truth = galvi.integrate(comet, FINE, 0.00125, 6_000, save_every=40)
     assert run.success and 0 < run.counts["inertial_steps"] < 15
-    assert np.max(np.abs(run.q - true.q)) < 1e-11  # 1e-13
+    assert np.max(np.abs(run.q - truth.q)) < 1e-11  # 1e-13
     times = np.linspace(0.0, 7.5, 60)
-    assert np.max(np.abs(run(times) - true(times))) < 1e-7
+    assert np.max(np.abs(run(times) - truth(times))) < 1e-7
 
 
 def test_two_bodies_with_a_force_are_not_exact_at_any_step() -> None:
-    """Alone they are; with a force the series of the iteration limit the step, in words."""
+    """Without a force they are exact; with one the series of the iteration limit the step."""
     problem = one_planet(galvi.Oblateness(0, 1e-3, 0.01), 0.9)
     run = galvi.integrate(problem, method(8), 7.0, 2)
     assert not run.success and "revolutions of body" in run.status

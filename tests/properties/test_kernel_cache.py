@@ -28,7 +28,7 @@ print(hashlib.sha256(run.q.tobytes()).hexdigest(), run.counts)
 
 
 def kernel(x):
-    """What is compiled here; any function will do."""
+    """A function to compile."""
     return x * x + 1.0
 
 
@@ -36,7 +36,7 @@ FILE_LOCK = cache.file_lock
 
 
 class NoLock:
-    """A lock that nobody waits for."""
+    """A lock that is never held."""
 
     def __init__(self, path):
         self.acquire = self.release = lambda: None
@@ -44,7 +44,7 @@ class NoLock:
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """An empty folder, and the only one where anything can be kept."""
+    """An empty folder, which is the only place for compiled code."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     only = [caching.UserProvidedCacheLocator]
     monkeypatch.setattr(caching.CacheImpl, "_locator_classes", only)
@@ -53,7 +53,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def compiled_anew(function):
-    """Whether another process would have to compile the function; its value is checked."""
+    """Whether the function is compiled and not loaded by a new dispatcher; asserts its value."""
     dispatcher = jit(function)
     assert dispatcher(3.0) == function(3.0)
     return not dispatcher.stats.cache_hits
@@ -84,10 +84,10 @@ def test_what_another_compiler_made_or_of_other_sources_is_neither_loaded_nor_ke
     with monkeypatch.context() as patched:
         patched.setattr(cache, *STALE[stale_kind])
         assert compiled_anew(kernel)
-    (stale,) = files_in(folder)
-    code = stale.read_bytes()
+    (path,) = files_in(folder)
+    code = path.read_bytes()
     assert compiled_anew(kernel) and not compiled_anew(kernel)
-    assert files_in(folder) == [stale] and stale.read_bytes() != code
+    assert files_in(folder) == [path] and path.read_bytes() != code
 
 
 KERNELS = {
@@ -101,13 +101,13 @@ KERNELS = {
     "lanes/law.py": "from galvi.lanes.step import steps\n",
     "lanes/other.py": "import numpy\n",
 }
-OF_STEP = {*KERNELS} - {
+CALLED_BY_STEP = {*KERNELS} - {
     "lanes/step.py",
     "lanes/law.py",
     "lanes/other.py",
     "kernels/lie/__init__.py",
 }
-CALLED = {  # file -> the kernels that it may call, but for itself
+CALLED = {  # file -> the other kernels that it may call
     "kernels/lie/arithmetic.py": {"kernels/compile/jit.py"},
     "kernels/lie/choice.py": {
         "kernels/lie/maps/__init__.py",
@@ -115,8 +115,8 @@ CALLED = {  # file -> the kernels that it may call, but for itself
         "kernels/lie/arithmetic.py",
         "kernels/compile/jit.py",
     },
-    "lanes/step.py": OF_STEP,
-    "lanes/law.py": OF_STEP | {"lanes/step.py"},
+    "lanes/step.py": CALLED_BY_STEP,
+    "lanes/law.py": CALLED_BY_STEP | {"lanes/step.py"},
     "lanes/other.py": set(),
     "user.py": {*KERNELS},
     "kernels/lie/__pycache__/galvi-expressions/0/expression.source": {*KERNELS},
@@ -125,15 +125,15 @@ CALLED = {  # file -> the kernels that it may call, but for itself
 
 @pytest.fixture
 def few_kernels(tmp_path, monkeypatch):
-    """A folder with KERNELS, taken for galvi's; nothing is remembered of it."""
-    folder = tmp_path / "galvi"
+    """A folder with KERNELS in place of galvi's; functions that cache its contents do not."""
+    galvi_folder = tmp_path / "galvi"
     for name, text in KERNELS.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    monkeypatch.setattr(cache, "__file__", str(folder / "kernels/compile/cache.py"))
+        (galvi_folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (galvi_folder / name).write_text(text)
+    monkeypatch.setattr(cache, "__file__", str(galvi_folder / "kernels/compile/cache.py"))
     for name in ("content", "kernels", "sources", "imported", "stamp"):
         monkeypatch.setattr(cache, name, getattr(cache, name).__wrapped__)
-    return folder
+    return galvi_folder
 
 
 @pytest.mark.parametrize("changed", KERNELS)
@@ -152,7 +152,7 @@ def test_an_edit_compiles_anew_what_may_call_it_and_nothing_else(few_kernels, ch
 
 @pytest.mark.slow(beside="test_an_edit_compiles_anew_what_may_call_it_and_nothing_else")
 def test_a_file_that_changes_in_a_running_process_is_still_the_one_that_was_imported(tmp_path):
-    """What was imported before the edit must not be kept as the code of after."""
+    """Code imported before an edit must not be stored as that of the edited file."""
     package, without = Path(galvi.__file__).parent, shutil.ignore_patterns("__pycache__")
     shutil.copytree(package, tmp_path / "galvi", ignore=without)
     edit = """
@@ -181,21 +181,21 @@ print(cache.stamp(*cache.sources("generated")))
 def test_the_imports_read_from_the_sources_are_those_of_the_interpreter():
     """Each name of a kernel that comes from another kernel has that file among its sources."""
     root, checked = Path(galvi.__file__).parent, Counter()
-    tops = [root / folder for folder in cache.KERNEL_FOLDERS]
+    folders = [root / name_of_folder for name_of_folder in cache.KERNEL_FOLDERS]
     for name, module in list(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "/")
-        (of,) = [top for top in tops if top in file.parents] or [None]
-        if of is not None and file.name != "__init__.py":
+        (kernel_folder,) = [top for top in folders if top in file.parents] or [None]
+        if kernel_folder is not None and file.name != "__init__.py":
             files = cache.sources(module.__file__)
             for value in vars(module).values():
                 source_module = sys.modules.get(
                     getattr(getattr(value, "py_func", value), "__module__", "")
                 )
                 source_path = Path(getattr(source_module, "__file__", None) or "/")
-                if any(top in source_path.parents for top in tops):
+                if any(top in source_path.parents for top in folders):
                     assert source_path in files, (name, source_module.__name__)
-                    checked[of] += 1
-    assert all(checked[top] > 100 for top in tops), checked
+                    checked[kernel_folder] += 1
+    assert all(checked[top] > 100 for top in folders), checked
 
 
 DAMAGE = {
@@ -216,7 +216,7 @@ def test_what_is_damaged_is_compiled_anew_and_mended(folder, damage):
 
 
 class Unreadable:
-    """A pickle that raises what no reader of files expects."""
+    """A pickle that raises LookupError when it is read."""
 
     def __reduce__(self):
         return _raises, ()
@@ -226,19 +226,19 @@ def _raises():
     raise LookupError("no such class in this version")
 
 
-WHOLE = {
+UNREADABLE_CODE = {
     "no pickle": b"no pickle",
     "no such class": dumps(Unreadable()),
     "another format": dumps(("of", "another", "version")),
 }
 
 
-@pytest.mark.parametrize("code", WHOLE)
+@pytest.mark.parametrize("code", UNREADABLE_CODE)
 def test_what_is_whole_and_cannot_be_read_is_compiled_anew_and_mended(folder, monkeypatch, code):
     compiled_anew(kernel)
     (path,) = files_in(folder)
     monkeypatch.setattr(cache.KernelFiles, "_digest", lambda *arguments: bytes(cache.DIGEST_BYTES))
-    path.write_bytes(bytes(cache.DIGEST_BYTES) + WHOLE[code])
+    path.write_bytes(bytes(cache.DIGEST_BYTES) + UNREADABLE_CODE[code])
     assert compiled_anew(kernel)
     assert not compiled_anew(kernel)
 
@@ -253,7 +253,7 @@ def test_without_sources_to_read_every_process_compiles(folder, monkeypatch):
 
 
 def test_numbas_own_cache_would_have_stopped_the_run(folder):
-    """The planted fault: what the tests above would find without galvi's own files."""
+    """Planted: numba's cache in place of galvi's."""
     numba.njit(cache=True)(kernel)(3.0)
     for path in files_in(folder):
         path.write_bytes(DAMAGE["truncated"](path.read_bytes()))
@@ -278,14 +278,14 @@ def test_a_folder_that_is_lost_before_the_first_call_stops_nothing(folder):
     assert files_in(folder) == [cache_path]
 
 
-@pytest.mark.parametrize("begun", [False, True])
-def test_a_write_that_fails_leaves_nothing(folder, monkeypatch, begun):
-    def full(path, content):
-        if begun:
+@pytest.mark.parametrize("partly_written", [False, True])
+def test_a_write_that_fails_leaves_nothing(folder, monkeypatch, partly_written):
+    def fail_to_write(path, content):
+        if partly_written:
             path.write_text("half of it")
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(Path, "write_bytes", fail_to_write)
     assert compiled_anew(kernel)
     assert files_in(folder) == []
 
@@ -311,7 +311,7 @@ sys.stdin.read()
 
 
 def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, monkeypatch):
-    """The code appears, and is loaded once the first was killed."""
+    """The code appears while the process waits, which loads it once the first process is killed."""
     assert compiled_anew(kernel)
     (path,) = files_in(folder)
     code = path.read_bytes()
@@ -323,15 +323,15 @@ def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, mon
     ) as holder:
         assert holder.stdout is not None and holder.stdout.readline() == "taken\n"
 
-        def end():
+        def write_code_and_kill():
             path.write_bytes(code)
             holder.kill()
 
-        timer = threading.Timer(0.3, end)
+        timer = threading.Timer(0.3, write_code_and_kill)
         timer.start()
-        begun = time.monotonic()
+        start_seconds = time.monotonic()
         assert not compiled_anew(kernel)
-        assert time.monotonic() - begun >= 0.29
+        assert time.monotonic() - start_seconds >= 0.29
         timer.join()
 
 
@@ -362,10 +362,10 @@ def test_a_function_that_cannot_be_compiled_holds_nobody_up(folder, monkeypatch)
     assert acquired == []
 
 
-def at_once(code, cache_folder, **variables):
-    """What two new processes print that share a folder for compiled code."""
+def outputs_of_two_processes(code, cache_folder, **variables):
+    """The outputs of two new processes that share a folder for compiled code."""
     settings = os.environ | {"NUMBA_CACHE_DIR": str(cache_folder)} | variables
-    both = [
+    processes = [
         subprocess.Popen(
             [sys.executable, "-c", code],
             env=settings,
@@ -375,19 +375,19 @@ def at_once(code, cache_folder, **variables):
         )
         for _ in range(2)
     ]
-    outputs = [process.communicate(timeout=600) for process in both]
-    assert [process.returncode for process in both] == [0, 0], outputs
+    outputs = [process.communicate(timeout=600) for process in processes]
+    assert [process.returncode for process in processes] == [0, 0], outputs
     return [out for out, _ in outputs]
 
 
 @pytest.mark.slow(beside="test_what_is_damaged_is_compiled_anew_and_mended")
 def test_runs_are_the_same_with_any_cache(tmp_path):
     """The whole kernel: two at once from nothing, then damaged files, then no folder at all."""
-    with_cache = at_once(RUN, tmp_path / "cache")
+    with_cache = outputs_of_two_processes(RUN, tmp_path / "cache")
     for path in files_in(tmp_path / "cache"):
         path.write_bytes(path.read_bytes()[:-1])
-    damaged = at_once(RUN, tmp_path / "cache")
+    damaged = outputs_of_two_processes(RUN, tmp_path / "cache")
     (tmp_path / "file").touch()
     only = {"NUMBA_CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
-    without = at_once(RUN, tmp_path / "file" / "below", **only)
+    without = outputs_of_two_processes(RUN, tmp_path / "file" / "below", **only)
     assert len({*with_cache, *damaged, *without}) == 1

@@ -11,11 +11,11 @@ sympy = pytest.importorskip("sympy")
 me = pytest.importorskip("sympy.physics.mechanics")
 
 m, g, l, c = sympy.symbols("m g l c")
-GIVEN = {m: 2.0, g: 9.81, l: 0.5, c: 0.3}
+PARAMETERS = {m: 2.0, g: 9.81, l: 0.5, c: 0.3}
 
 
 def swinging_mass(loads: bool):
-    """A mass on a pendulum that hangs from a sliding mass on a spring, damped at both."""
+    """A pendulum on a sliding mass with a spring; with ``loads`` both motions are damped."""
     x, a = me.dynamicsymbols("x a")
     frame, origin = me.ReferenceFrame("N"), me.Point("O")
     origin.set_vel(frame, 0)
@@ -34,19 +34,19 @@ def swinging_mass(loads: bool):
 @pytest.mark.parametrize("loads", [False, True])
 def test_it_moves_as_its_own_equations_say(loads):
     method = swinging_mass(loads)
-    system = galvi.Lagrangian.from_sympy(method, parameters=GIVEN)
+    system = galvi.Lagrangian.from_sympy(method, parameters=PARAMETERS)
     problem = galvi.Problem(system, [0.1, 1.0], [0.0, 0.5])
     run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8)), 0.02, 50)
     assert run.success
     method.form_lagranges_equations()
-    rates = method.rhs().subs(GIVEN)
+    right_sides = method.rhs().subs(PARAMETERS)
     symbols = [*method.q, *[x.diff() for x in method.q]]
-    slope = sympy.lambdify(symbols, list(rates), "numpy")
+    right_side = sympy.lambdify(symbols, list(right_sides), "numpy")
     from scipy.integrate import solve_ivp
 
     start = [*problem.q0, *problem.v0]
     by_scipy = solve_ivp(
-        lambda t, y: slope(*y), (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-12
+        lambda t, y: right_side(*y), (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-12
     )
     assert np.allclose(run.q[-1], by_scipy.y[:2, -1], rtol=0, atol=1e-9)
     energy = galvi.energy(run)

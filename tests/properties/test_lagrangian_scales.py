@@ -14,10 +14,10 @@ def relativistic(c, slopes=False):
     def L(q, v):
         return -c * c * np.sqrt(1.0 - v @ v / c**2) - 0.5 * q @ q
 
-    def both(q, v):
+    def slopes_of_L(q, v):
         return np.concatenate([v / np.sqrt(1.0 - v @ v / c**2), -q])
 
-    return galvi.Lagrangian(opaque(L), galvi.Rn(2), opaque(both) if slopes else None)
+    return galvi.Lagrangian(opaque(L), galvi.Rn(2), opaque(slopes_of_L) if slopes else None)
 
 
 def canonical_end():

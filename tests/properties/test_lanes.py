@@ -1,4 +1,4 @@
-"""Steps in lanes: over long runs, in loops as when they are written out, and where lanes end."""
+"""Steps in lanes: long runs, loops in place of code that is written out, and limits of lanes."""
 
 from __future__ import annotations
 
@@ -25,32 +25,35 @@ from tests.agreement.on_vector_spaces import chain, symbolic
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
 
-def in_general_kernel(problem: galvi.Problem, *how: Any, **options: Any) -> galvi.Trajectory:
+def in_general_kernel(problem: galvi.Problem, *arguments: Any, **options: Any) -> galvi.Trajectory:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engines, "ENGINES", (engines.GENERAL,))
-        return galvi.integrate(problem, *how, **options)
+        return galvi.integrate(problem, *arguments, **options)
 
 
 # ---------------------------------------------------------------- long runs
 
 
 def energy_growth(name: str, steps: int, members: int) -> Growth:
-    """Growth of the relative energy error, evaluated with 40 digits, of the state with its low
-    part."""
+    """The growth of the relative energy error of states with their low parts, in 40 digits."""
     problem, step, potential = {
         "kepler": (galvi.problems.kepler(0.3), 0.15, lambda q: -1 / mp.norm(q)),
         "pendulum": (galvi.problems.planar_pendulum(), 0.2, lambda q: -mp.cos(q[0])),
     }[name]
-    at = np.unique(np.geomspace(steps / 50, steps, 9).round().astype(int))
-    errors = np.empty((members, at.size))
+    step_counts = np.unique(np.geomspace(steps / 50, steps, 9).round().astype(int))
+    errors = np.empty((members, step_counts.size))
     with mp.workdps(40):
         for row in range(members):
-            away = 1.0 + 1e-3 * np.random.default_rng([7, row]).standard_normal((2, 1))
-            start = problem.with_initial_state(problem.q0 * away[0], problem.v0 * away[1])
-            run = galvi.integrate(start, EIGHT, step, int(at[0]), save_every=int(at[0]))
-            for column, number in enumerate(at):
+            start_factors = 1.0 + 1e-3 * np.random.default_rng([7, row]).standard_normal((2, 1))
+            start = problem.with_initial_state(
+                problem.q0 * start_factors[0], problem.v0 * start_factors[1]
+            )
+            run = galvi.integrate(
+                start, EIGHT, step, int(step_counts[0]), save_every=int(step_counts[0])
+            )
+            for column, steps_done in enumerate(step_counts):
                 if column:
-                    added_steps = int(number - at[column - 1])
+                    added_steps = int(steps_done - step_counts[column - 1])
                     run = galvi.resume(run, added_steps, save_every=added_steps)
                 assert run.success and run.checkpoint is not None, run.status
                 states = [
@@ -62,7 +65,7 @@ def energy_growth(name: str, steps: int, members: int) -> Growth:
                     sum(x * x for x in v) / 2 + potential(q) for q, v in (before, states)
                 )
                 errors[row, column] = float((last - first) / abs(first))
-    return growth(step * at, errors)
+    return growth(step * step_counts, errors)
 
 
 @pytest.mark.slow_cases(but=["pendulum-100000-8"])
@@ -98,30 +101,30 @@ NUMBERS = st.floats(-1e3, 1e3).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
 
 @given(NUMBERS, st.floats(-1.0, 1.0), st.floats(1e-30, 1e30), st.sampled_from((-1.0, 1.0)))
 def test_a_table_times_a_step_is_rounded_to_a_hundred_bits(
-    high: float, share: float, step: float, sign: float
+    high: float, fraction: float, step: float, sign: float
 ) -> None:
-    low = 0.49 * share * float(np.spacing(high)) if high else 0.0
+    low = 0.49 * fraction * float(np.spacing(high)) if high else 0.0
     for power in (1, 2):
-        high_part, lost = scaled(np.array([high, low]), sign * step, power)
+        high_part, low_part = scaled(np.array([high, low]), sign * step, power)
         with extended_precision():
             exact = (Decimal(high) + Decimal(low)) * Decimal(sign * step) ** power
-            missing = abs(exact - Decimal(float(high_part)) - Decimal(float(lost)))
-            assert missing <= abs(exact) * Decimal(2.0**-98)
-        assert abs(lost) <= 0.51 * np.spacing(abs(high_part))
+            error = abs(exact - Decimal(float(high_part)) - Decimal(float(low_part)))
+            assert error <= abs(exact) * Decimal(2.0**-98)
+        assert abs(low_part) <= 0.51 * np.spacing(abs(high_part))
 
 
 def test_more_points_cost_few_more_passes_and_energy_does_not_drift() -> None:
-    """By 3.2e-20 a step."""
+    """The measured drift is 3.2e-20 a step."""
     start, steps = symbolic("elastic pendulum"), 100_000
-    square, extra = (
+    collocation, overdetermined = (
         galvi.integrate(
             start, galvi.Galerkin(galvi.Polynomials(8), rule), 0.02, steps, save_every=200
         )
         for rule in (galvi.gauss(8), galvi.gauss(16))
     )
-    energy = galvi.energy(extra)
-    assert extra.success and extra.counts["linear_solves"] == 0
-    assert extra.counts["iterations"] < 1.1 * square.counts["iterations"]
+    energy = galvi.energy(overdetermined)
+    assert overdetermined.success and overdetermined.counts["linear_solves"] == 0
+    assert overdetermined.counts["iterations"] < 1.1 * collocation.counts["iterations"]
     slope = np.polyfit(np.arange(energy.size) * 200, energy, 1)[0]
     assert abs(slope) < 2e-19 * np.max(np.abs(energy))
 
@@ -131,17 +134,17 @@ def test_more_points_cost_few_more_passes_and_energy_does_not_drift() -> None:
 
 @pytest.mark.parametrize("points", [5, 6])
 def test_steps_are_the_same_with_loops(points: int, monkeypatch: Any) -> None:
-    """In as many passes, which a wrong factor of the mass only makes more."""
+    """The passes are as many, too: a wrong factor of the mass would only add passes."""
     problem = chain(5)
     method = galvi.Galerkin(galvi.Polynomials(5), galvi.gauss(points))
     written_out = galvi.integrate(problem, method, 0.02, 10)
-    remembered = (law_kernel.law_on_space, law_kernel.law_on_group, lane_law.compiled_law)
-    for cached in remembered:
+    caches = (law_kernel.law_on_space, law_kernel.law_on_group, lane_law.compiled_law)
+    for cached in caches:
         cached.cache_clear()
     monkeypatch.setattr(dense, "WRITTEN_OUT_PRODUCTS", -1)
     monkeypatch.setattr(lane_law, "STEP", lane_law.STEP + "\n\n# in loops\n")  # another file
     in_loops = galvi.integrate(problem, method, 0.02, 10)
-    for cached in remembered:
+    for cached in caches:
         cached.cache_clear()
     assert in_loops.engine == written_out.engine == "lanes"
     assert in_loops.counts == written_out.counts
@@ -166,7 +169,7 @@ LAWS: dict[str, tuple[Any, Any]] = {  # the law, and its constants
 
 @pytest.mark.parametrize("name", LAWS)
 def test_the_mass_of_a_law_takes_velocities_to_momenta(name: str) -> None:
-    """A wrong one is no fault of the steps, but of their number of passes."""
+    """A wrong mass would not change the steps, only add passes."""
     law, constants = LAWS[name]
     q, v = np.random.default_rng(2).normal(size=(2, 3))
     _, momenta, rows = law(q, v, 0.0, constants)
@@ -178,9 +181,9 @@ def test_the_mass_of_a_law_takes_velocities_to_momenta(name: str) -> None:
 
 
 def test_a_step_that_nothing_solves_ends_as_with_the_general_kernel() -> None:
-    how = galvi.problems.kepler(0.9), EIGHT, 2.5, 8
-    run = galvi.integrate(*how, solver="fixed_point")
-    general = in_general_kernel(*how, solver="fixed_point")
+    arguments = galvi.problems.kepler(0.9), EIGHT, 2.5, 8
+    run = galvi.integrate(*arguments, solver="fixed_point")
+    general = in_general_kernel(*arguments, solver="fixed_point")
     assert not run.success and run.outcome == general.outcome
 
 

@@ -19,7 +19,7 @@ def test_only_stages_that_would_leave_a_register_idle_run_in_fours(stages, monke
 
 
 def test_functions_are_the_same_to_the_bit():
-    def all_of(x):
+    def all_functions(x):
         one_argument = (
             functions.exponential,
             functions.logarithm,
@@ -29,5 +29,5 @@ def test_functions_are_the_same_to_the_bit():
         return (*functions.sine_cosine(x), *(function(x) for function in one_argument))
 
     x = np.exp(np.random.default_rng(3).uniform(-5.0, 5.0, 400))
-    four, eight = (compiled(all_of, 1, 6, lanes)(x) for lanes in (4, 8))
+    four, eight = (compiled(all_functions, 1, 6, lanes)(x) for lanes in (4, 8))
     np.testing.assert_array_equal(four, eight)

@@ -1,5 +1,5 @@
-"""Many problems at once: the runs are those of one by one, whatever becomes of some, in threads;
-what is refused names the problem, and memory is counted before."""
+"""Many problems at once: each run is the single run, in threads too, whether or not others fail;
+errors name the problem, and memory is counted before the first step."""
 
 import os
 import signal
@@ -24,11 +24,11 @@ CENTRE = KEPLER.with_initial_state([0.0, 0.0], [0.0, 1.0])
 
 
 def neighbours(problem, members, size=1e-3):
-    """Starts around the problem's own."""
-    off = np.random.default_rng(7).standard_normal((members, 2, *problem.q0.shape))
+    """Problems whose starts differ from the problem's by relative amounts of about ``size``."""
+    relative_changes = np.random.default_rng(7).standard_normal((members, 2, *problem.q0.shape))
     return [
         problem.with_initial_state(problem.q0 * (1 + size * q), problem.v0 * (1 + size * v))
-        for q, v in off
+        for q, v in relative_changes
     ]
 
 
@@ -91,17 +91,17 @@ def test_another_start_keeps_all_else():
 
 
 def test_plain_python_functions_are_never_called_by_two_threads():
-    """They may keep what they like in a place of their own, as this gradient does."""
-    buffer, inside, callers = np.zeros(2), threading.Lock(), set()
+    """They may keep a buffer, as this gradient does."""
+    buffer, call_lock, callers = np.zeros(2), threading.Lock(), set()
 
     def gradient(q):
-        assert inside.acquire(blocking=False)
+        assert call_lock.acquire(blocking=False)
         try:
             callers.add(threading.get_ident())
             buffer[:] = q / np.linalg.norm(q) ** 3  # of numbers only, so that it is not traced
             time.sleep(0)
         finally:
-            inside.release()
+            call_lock.release()
         return buffer
 
     system = galvi.Canonical(1.0, lambda q: -1.0 / np.linalg.norm(q), gradient)
@@ -118,11 +118,11 @@ def test_plain_python_functions_are_never_called_by_two_threads():
 def test_ctrl_c_stops_all_and_each_can_be_resumed(threads):
     starts = neighbours(KEPLER, 4)
     galvi.integrate_many(starts, EIGHT, 0.4, 3, save_every=3, threads=threads)  # compiles
-    pressed = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
-    pressed.start()
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
     steps = 10**8
     runs = galvi.integrate_many(starts, EIGHT, 0.4, steps, save_every=steps, threads=threads)
-    pressed.join()
+    timer.join()
     assert all(run.interrupted and run.outcome.end is galvi.End.INTERRUPTED for run in runs)
     assert [run.failed_step > 1 for run in runs].count(True) >= threads
     assert runs[-1].failed_step == 1  # not begun, as there were more than threads
@@ -156,28 +156,28 @@ def test_what_ends_a_thread_ends_the_ensemble(threads):
     def short(interrupted):
         pass
 
-    def leaves(interrupted):
+    def exit_thread(interrupted):
         raise SystemExit
 
     with pytest.raises(SystemExit):
-        ensemble._run_all([short] * 100 + [leaves] + [short] * 100, threads, None)
+        ensemble._run_all([short] * 100 + [exit_thread] + [short] * 100, threads, None)
 
 
 def test_of_several_that_raise_the_first_in_order_is_told_and_the_later_ones_stop():
-    late = threading.Event()
+    quick_raised = threading.Event()
 
     def slow(interrupted):
-        late.wait(20)
+        quick_raised.wait(20)
         raise ValueError("slow")
 
     def quick(interrupted):
-        late.set()
+        quick_raised.set()
         raise ValueError("quick")
 
     def long(interrupted):
-        give_up = time.monotonic() + 20
+        deadline = time.monotonic() + 20
         while not interrupted():
-            assert time.monotonic() < give_up
+            assert time.monotonic() < deadline
             time.sleep(0.001)
 
     with pytest.raises(ValueError, match="slow"):
@@ -217,8 +217,8 @@ def test_numbers_that_fill_the_counters_are_whole_numbers_too(problem):
 
 def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     """One of 100 bodies among 999 small ones: 2,298 components, not 300 for each of 1,000."""
-    places = np.random.default_rng(3).standard_normal((2, 100, 3))
-    large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
+    state = np.random.default_rng(3).standard_normal((2, 100, 3))
+    large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *state)
     monkeypatch.setattr(request, "free_memory", lambda: float(2**30))
     big, small = (
         RunRequest.checked(problem, EIGHT, 0.1, 10_000, curves=False) for problem in (large, KEPLER)
@@ -250,18 +250,18 @@ def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
 
 
 def test_the_free_memory_is_a_part_of_all():
-    everything = psutil.virtual_memory().total
-    assert 1e-3 * everything < request.free_memory() <= everything
+    total = psutil.virtual_memory().total
+    assert 1e-3 * total < request.free_memory() <= total
 
 
 # ---------------------------------------------------------------- batches of steps
 
 
 class Steps:
-    """A stepper of which only the number of steps done is real."""
+    """A stepper that only counts its steps, at most ``steps_per_call`` in a call."""
 
-    def __init__(self, at_a_time: int = 10**9) -> None:
-        self.steps_done, self.at_a_time, self.asked = 0, at_a_time, list[int]()
+    def __init__(self, steps_per_call: int = 10**9) -> None:
+        self.steps_done, self.at_a_time, self.asked = 0, steps_per_call, list[int]()
 
     def advance(self, n: int) -> int:
         self.asked.append(n)
@@ -269,23 +269,25 @@ class Steps:
         return 0
 
 
-def same(code: int) -> int:
+def unchanged_code(code: int) -> int:
     return code
 
 
-@pytest.mark.parametrize("at_a_time", [1, 10**9])
-def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_time: int) -> None:
+@pytest.mark.parametrize("steps_per_call", [1, 10**9])
+def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(
+    steps_per_call: int,
+) -> None:
     """Newton's steps come one a call: 500 of them must not make the next call endless."""
-    steps, total = Steps(at_a_time), 500 if at_a_time == 1 else 10**6
-    assert batches.step_in_batches(steps, same, total, None) == 0
+    steps, total = Steps(steps_per_call), 500 if steps_per_call == 1 else 10**6
+    assert batches.step_in_batches(steps, unchanged_code, total, None) == 0
     assert steps.steps_done == total
-    assert max(steps.asked) <= batches.BATCH_GROWTH * min(at_a_time, total)
+    assert max(steps.asked) <= batches.BATCH_GROWTH * min(steps_per_call, total)
 
 
 def test_a_note_is_made_after_every_so_many_steps_but_the_last() -> None:
     steps, notes = Steps(), list[int]()
     batches.step_in_batches(
-        steps, same, 35, None, note_every=7, note=lambda: notes.append(steps.steps_done)
+        steps, unchanged_code, 35, None, note_every=7, note=lambda: notes.append(steps.steps_done)
     )
     assert notes == [7, 14, 21, 28]
 
@@ -295,6 +297,6 @@ def test_a_run_without_progress_makes_no_bar_whose_semaphore_a_killed_process_wo
 ) -> None:
     monkeypatch.delattr(batches, "tqdm")
     steps = Steps()
-    assert batches.step_in_batches(steps, same, 3, None) == 0
+    assert batches.step_in_batches(steps, unchanged_code, 3, None) == 0
     with pytest.raises(NameError):
-        batches.step_in_batches(steps, same, 4, True)
+        batches.step_in_batches(steps, unchanged_code, 4, True)

@@ -1,4 +1,4 @@
-"""Methods: their tables and identities."""
+"""Methods: identities and accuracy of their tables, and how they are shown and compared."""
 
 import mpmath
 import numpy as np
@@ -9,7 +9,7 @@ from galvi.rules import RULES
 from galvi.spaces import SPACES
 
 POINTS = {galvi.radau: 13, galvi.newton_cotes: 8}
-MADE = [space for make in SPACES for n in (1, 3, 9) if (space := make(n)).degree > 0]
+TESTED_SPACES = [space for make in SPACES for n in (1, 3, 9) if (space := make(n)).degree > 0]
 
 
 def on_pieces(space):
@@ -20,7 +20,7 @@ def on_pieces(space):
 
 @pytest.mark.parametrize(
     ("space", "rule"),
-    [(space, on_pieces(space)) for space in MADE]
+    [(space, on_pieces(space)) for space in TESTED_SPACES]
     + [(galvi.Polynomials(4), rule(POINTS.get(rule, 5))) for rule in RULES]
     + [(galvi.Polynomials(24), galvi.lobatto(50)), (galvi.Polynomials(1), galvi.lobatto(2))],
 )
@@ -31,8 +31,8 @@ def test_every_table_is_consistent_symplectic_symmetric_and_well_conditioned(spa
     assert np.allclose(stages, table.c, rtol=0, atol=1e-15)  # 3e-16
     assert abs(table.end @ table.velocity_coefficients - 1.0) < 1e-15
     # b_i (beta_j - A_ij) = b_j (beta_i - A_ji): the condition of a symplectic Nystrom method.
-    left = table.b[:, None] * (table.beta - table.A)
-    assert np.allclose(left, left.T, rtol=0, atol=1e-17)
+    symplectic_products = table.b[:, None] * (table.beta - table.A)
+    assert np.allclose(symplectic_products, symplectic_products.T, rtol=0, atol=1e-17)
     assert np.linalg.cond(table.K) < max(30.0, 2.0 * space.degree)  # 26.9: PiecewiseHermite(1)
     assert method.symmetric is rule.symmetric
 

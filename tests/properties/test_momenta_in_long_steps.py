@@ -11,11 +11,11 @@ from galvi.run.in_lanes.tables import extrapolate_matrix
 
 EPSILON = 2.0**-52
 ORBIT = galvi.problems.kepler(0.6)
-SHARES = np.array([1.0, 2.0]) / 3.0
+MASS_FRACTIONS = np.array([1.0, 2.0]) / 3.0
 PAIR = galvi.Problem(
-    galvi.NBody(SHARES),
-    np.outer([-SHARES[1], SHARES[0]], ORBIT.q0),
-    np.outer([-SHARES[1], SHARES[0]], ORBIT.v0),
+    galvi.NBody(MASS_FRACTIONS),
+    np.outer([-MASS_FRACTIONS[1], MASS_FRACTIONS[0]], ORBIT.q0),
+    np.outer([-MASS_FRACTIONS[1], MASS_FRACTIONS[0]], ORBIT.v0),
 )
 LAGRANGIAN = galvi.Problem(
     galvi.Lagrangian(
@@ -25,7 +25,7 @@ LAGRANGIAN = galvi.Problem(
     ORBIT.v0,
 )
 STEPS = 60
-LONGEST = 1.2  # of the Lagrangian: passes over velocities do not converge in longer steps
+LARGEST_LAGRANGIAN_STEP = 1.2  # the iteration of a Lagrangian does not converge in longer steps
 
 
 def method(degree, points=None):
@@ -35,8 +35,11 @@ def method(degree, points=None):
 def largest_jump(q, p):
     """The largest change of the angular momentum in a step, in units of EPSILON sum |q_i p_j|."""
     first, second = q[..., 0] * p[..., 1], q[..., 1] * p[..., 0]
-    many = tuple(range(1, q.ndim - 1))
-    momentum, size = (first - second).sum(axis=many), (abs(first) + abs(second)).sum(axis=many)
+    body_axes = tuple(range(1, q.ndim - 1))
+    momentum, size = (
+        (first - second).sum(axis=body_axes),
+        (abs(first) + abs(second)).sum(axis=body_axes),
+    )
     return np.max(np.abs(np.diff(momentum)) / (EPSILON * np.maximum(size[1:], size[:-1])))
 
 
@@ -47,27 +50,27 @@ def largest_jump(q, p):
 @example(degree=26, step=1.86, overdetermined=True)
 @settings(max_examples=30)
 def test_a_step_of_a_third_of_a_revolution_keeps_the_angular_momentum(degree, step, overdetermined):
-    curve = method(degree, 2 * degree if overdetermined else None)
-    several = (ORBIT, PAIR, LAGRANGIAN) if step < LONGEST else (ORBIT, PAIR)
-    runs = [galvi.integrate(problem, curve, step, STEPS) for problem in several]
-    newton = galvi.integrate(ORBIT, curve, step, STEPS, solver="newton")
+    galerkin = method(degree, 2 * degree if overdetermined else None)
+    problems = (ORBIT, PAIR, LAGRANGIAN) if step < LARGEST_LAGRANGIAN_STEP else (ORBIT, PAIR)
+    runs = [galvi.integrate(problem, galerkin, step, STEPS) for problem in problems]
+    newton = galvi.integrate(ORBIT, galerkin, step, STEPS, solver="newton")
     for run in runs:
         if run.success:
             assert run.engine == "lanes" and largest_jump(run.q, run.p) <= 16.0
     if newton.success:
         assert largest_jump(newton.q, newton.p) <= 32.0
     if newton.success and runs[0].success:
-        close = 1e3 * np.ptp(galvi.energy(newton)) + 1e-10  # of the method, which grows in time
-        assert np.abs(runs[0].q[-1] - newton.q[-1]).max() < close
-        assert np.abs(np.diff(runs[1].q[-1], axis=0) - newton.q[-1]).max() < close
+        tolerance = 1e3 * np.ptp(galvi.energy(newton)) + 1e-10  # the method's error grows in time
+        assert np.abs(runs[0].q[-1] - newton.q[-1]).max() < tolerance
+        assert np.abs(np.diff(runs[1].q[-1], axis=0) - newton.q[-1]).max() < tolerance
 
 
 @pytest.mark.slow_cases("22-1.1")
 @pytest.mark.parametrize(("degree", "step"), [(22, 1.1), (24, 1.9), (16, 0.65)])
 def test_members_of_an_ensemble_keep_it(degree, step):
-    turned = 0.1 * np.arange(9)
-    turn = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
-    q, v = (np.einsum("ijm,j->mi", turn, x) for x in (ORBIT.q0, ORBIT.v0))
+    angles = 0.1 * np.arange(9)
+    rotations = np.array([[np.cos(angles), -np.sin(angles)], [np.sin(angles), np.cos(angles)]])
+    q, v = (np.einsum("ijm,j->mi", rotations, x) for x in (ORBIT.q0, ORBIT.v0))
     grid = galvi.integrate_ensemble(
         ORBIT,
         q,
@@ -77,16 +80,16 @@ def test_members_of_an_ensemble_keep_it(degree, step):
         STEPS,
         keep=galvi.StatesAt(step * np.arange(1.0, STEPS)),
     )
-    for places, momenta in zip(grid[0], grid[1], strict=True):
-        assert largest_jump(places, momenta) <= 16.0
+    for positions, momenta in zip(grid[0], grid[1], strict=True):
+        assert largest_jump(positions, momenta) <= 16.0
 
 
 @pytest.mark.parametrize("chart", [galvi.Cayley(), galvi.KeplerFrame()])
 def test_a_pair_in_its_frame_and_in_a_clock_keeps_it(chart):
     framed = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart=chart)
     clock = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
-    for curve, step in ((framed, 0.3), (clock, 0.4)):
-        run = galvi.integrate(PAIR, curve, step, STEPS)
+    for galerkin, step in ((framed, 0.3), (clock, 0.4)):
+        run = galvi.integrate(PAIR, galerkin, step, STEPS)
         assert run.success and largest_jump(run.q, run.p) <= 16.0
 
 
@@ -109,6 +112,8 @@ def test_a_low_part_of_the_extrapolation_is_caught(monkeypatch, problem):
     original = nystrom_stepper.nystrom_tables
     monkeypatch.setattr(nystrom_stepper, "_nystrom_parts", faulty)
     monkeypatch.setattr(nystrom_stepper, "nystrom_tables", faulty_on_space)
-    run = galvi.integrate(problem, method(22), 1.1000001, STEPS)  # a step whose tables are not kept
+    run = galvi.integrate(
+        problem, method(22), 1.1000001, STEPS
+    )  # a step whose tables are not cached
     nystrom_stepper.packed_tables.cache_clear()
     assert run.engine == "lanes" and not (run.success and largest_jump(run.q, run.p) <= 1e4)

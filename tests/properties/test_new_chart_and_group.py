@@ -13,8 +13,8 @@ from galvi.charts import CHARTS
 from galvi.kernels.lie.dispatch import CHARTS as MODULES
 
 SOURCE = Path(galvi.__file__).parent
-NOW = [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS]
-LIKE = CHARTS.index(galvi.ModifiedRodrigues())
+CHART_MODULES = [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS]
+INDEX_OF_COPIED_CHART = CHARTS.index(galvi.ModifiedRodrigues())
 KERNELS = {"charts": ("modified_rodrigues", "NewChart"), "groups": ("se2", "NewGroup")}  # copied
 VALUES = {
     "charts": """
@@ -60,12 +60,12 @@ for group in GROUPS:
     if name != "Product":
         g = np.eye(group.shape[0]) if len(group.shape) == 2 else np.zeros(group.shape)
         xi, eta = np.linspace(0.3, -0.7, group.dimension), np.linspace(1.0, 2.0, group.dimension)
-        there = place(chart, group, g, xi)
-        assert np.array_equal(there, place(like, group, g, xi)), name
-        assert np.allclose(coordinates(chart, group, g, there), xi, rtol=0.0, atol=1e-15), name
+        element = place(chart, group, g, xi)
+        assert np.array_equal(element, place(like, group, g, xi)), name
+        assert np.allclose(coordinates(chart, group, g, element), xi, rtol=0.0, atol=1e-15), name
         slopes = np.zeros((2, xi.size))
-        for each, row in zip((chart, like), slopes):
-            product.momentum_slope(group.layout, each.number, xi, eta, np.ones(xi.size), row)
+        for tested, row in zip((chart, like), slopes):
+            product.momentum_slope(group.layout, tested.number, xi, eta, np.ones(xi.size), row)
         assert np.any(slopes) == (name != "Rn") and np.array_equal(*slopes), name
 assert {{type(chart), *map(type, GROUPS)}} <= set(storable_values().values())
 """
@@ -75,7 +75,7 @@ assert {{type(chart), *map(type, GROUPS)}} <= set(storable_values().values())
     beside="tests/suite/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
 )
 def test_a_chart_and_a_group_are_each_a_kernel_file_a_value_and_an_entry(tmp_path):
-    """Their names come first in their folders, so that all other numbers change."""
+    """Their modules come first in their folders, so that the numbers of all others change."""
     shutil.copytree(SOURCE, tmp_path / "galvi", ignore=shutil.ignore_patterns("__pycache__"))
     for folder, (like, name) in KERNELS.items():
         kernels, values = tmp_path / "galvi/kernels/lie" / folder, tmp_path / "galvi" / folder
@@ -85,7 +85,11 @@ def test_a_chart_and_a_group_are_each_a_kernel_file_a_value_and_an_entry(tmp_pat
         imported = f"from galvi.{folder}.another import {name}\n"
         (values / "__init__.py").write_text(imported + f"{text}, {name}())\n")
     subprocess.run(  # by a Python without numba's compiler
-        [sys.executable, "-c", USE.format(charts=[*NOW, "another"], like=LIKE)],
+        [
+            sys.executable,
+            "-c",
+            USE.format(charts=[*CHART_MODULES, "another"], like=INDEX_OF_COPIED_CHART),
+        ],
         cwd=tmp_path,
         env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)},
         check=True,

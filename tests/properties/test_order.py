@@ -12,25 +12,25 @@ from galvi.properties.properties import exactness
 P, PIECES = galvi.Polynomials, galvi.composite
 SPACE, FORCE, KINETIC = "space", "rule for the force", "rule for the kinetic energy"
 PROBLEM = galvi.problems.kepler(0.3)
-LENGTH = 4.0
-TIMES = np.linspace(0.0, LENGTH, 301)
+DURATION = 4.0
+TIMES = np.linspace(0.0, DURATION, 301)
 
 
 @pytest.fixture(scope="module")
 def truth():
     """Positions and velocities at TIMES, (4, 301)."""
 
-    def right(t, y):
+    def right_side(t, y):
         return np.concatenate([y[2:], -y[:2] / np.hypot(y[0], y[1]) ** 3])
 
     start = np.concatenate([PROBLEM.q0, PROBLEM.v0])
     return solve_ivp(
-        right, (0, LENGTH), start, method="DOP853", rtol=3e-14, atol=1e-15, t_eval=TIMES
+        right_side, (0, DURATION), start, method="DOP853", rtol=3e-14, atol=1e-15, t_eval=TIMES
     ).y
 
 
-# Pair, fewest and most steps, orders at step ends and on the curve, what limits the first. Below
-# the fewest the method is not yet in its asymptotic range; above the most round-off is seen.
+# Space, rule, smallest and largest number of steps, orders at step ends and on the curve, and what
+# limits the first. With fewer steps the errors are not yet asymptotic; with more, rounding shows.
 CASES = [
     (P(1), galvi.gauss(1), (96, 256), 2, 2, SPACE),
     (P(2), galvi.gauss(2), (64, 256), 4, 3, SPACE),
@@ -54,32 +54,36 @@ CASES = [
 ]
 
 
-def slopes(method, span, truth):
-    """Least-squares slopes of the errors at the end and along the curve over the step."""
+def measured_orders(method, span, truth):
+    """Orders at the end and along the curve: least-squares slopes of the errors over the step."""
     counts = np.unique(np.geomspace(*span, 5).round().astype(int))
     errors = []
     for steps in counts:
-        run = galvi.integrate(PROBLEM, method, LENGTH / steps, int(steps))
+        run = galvi.integrate(PROBLEM, method, DURATION / steps, int(steps))
         assert run.success, run.status
-        at_end = np.concatenate([run.q[-1], run.p[-1]]) - truth[:, -1]
-        errors.append([np.max(np.abs(at_end)), np.max(np.abs(run(TIMES).T - truth[:2]))])
-    return np.polyfit(np.log(LENGTH / counts), np.log(errors), 1)[0]
+        end_error = np.concatenate([run.q[-1], run.p[-1]]) - truth[:, -1]
+        errors.append([np.max(np.abs(end_error)), np.max(np.abs(run(TIMES).T - truth[:2]))])
+    return np.polyfit(np.log(DURATION / counts), np.log(errors), 1)[0]
 
 
 @pytest.mark.parametrize(
-    ("space", "rule", "span", "at_steps", "on_curve", "limit"),
+    ("space", "rule", "step_counts", "order_at_steps", "order_on_curve", "limited_by"),
     CASES,
     ids=[f"{case[0]}, {case[1].name}" for case in CASES],
 )
 def test_the_orders_are_as_stated_no_less_and_no_more(
-    space, rule, span, at_steps, on_curve, limit, truth
+    space, rule, step_counts, order_at_steps, order_on_curve, limited_by, truth
 ):
     method = galvi.Galerkin(space, rule)
     theory = method.theory()
-    assert (theory.order, theory.curve_order, theory.limited_by) == (at_steps, on_curve, limit)
-    assert method.order == at_steps
-    measured = slopes(method, span, truth)
-    assert np.max(np.abs(measured - [at_steps, on_curve])) < 0.4, measured
+    assert (theory.order, theory.curve_order, theory.limited_by) == (
+        order_at_steps,
+        order_on_curve,
+        limited_by,
+    )
+    assert method.order == order_at_steps
+    measured = measured_orders(method, step_counts, truth)
+    assert np.max(np.abs(measured - [order_at_steps, order_on_curve])) < 0.4, measured
 
 
 @pytest.mark.parametrize(
@@ -109,7 +113,7 @@ def test_a_table_with_one_wrong_weight_loses_its_order(truth):
     beta = broken.table.beta.copy()
     beta[1] *= 1.0 + 1e-6
     broken.__dict__["table"] = replace(broken.table, beta=beta)
-    assert slopes(broken, (16, 64), truth)[0] < 5.0
+    assert measured_orders(broken, (16, 64), truth)[0] < 5.0
 
 
 def test_the_oscillator_at_a_step_of_three_periods_follows_the_cosine():
@@ -134,11 +138,13 @@ def test_mercury_follows_the_sun_at_steps_longer_than_its_year():
     method = galvi.Galerkin(P(24), galvi.gauss(50))
     run = galvi.integrate(problem, method, 100.0, 10)
 
-    def right(t, y):
+    def right_side(t, y):
         q, v = y.reshape(2, *problem.q0.shape)
         return np.concatenate([v.ravel(), problem.system.acceleration(q, t).ravel()])
 
     start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
-    end = solve_ivp(right, (0, 1000), start, method="DOP853", rtol=1e-12, atol=1e-14).y[:30, -1]
+    end = solve_ivp(right_side, (0, 1000), start, method="DOP853", rtol=1e-12, atol=1e-14).y[
+        :30, -1
+    ]
     assert np.max(np.abs(run.q[-1].ravel() - end)) < 2e-5  # 1.06e-5, Mercury
     assert np.ptp(galvi.energy(run)) / abs(galvi.energy(run)[0]) < 1e-9

@@ -17,7 +17,7 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 IN_CLOCK = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
 KEPLER = galvi.problems.kepler(0.6)
 AT_REST = galvi.Problem(galvi.NBody([1.0, 1.0]), [[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)))
-APART = replace(AT_REST, v0=[[0.0, -0.5], [0.0, 0.5]])
+ORBITING = replace(AT_REST, v0=[[0.0, -0.5], [0.0, 0.5]])
 HEAD_ON = galvi.Problem(galvi.NBody([1.0, 1.0]), [[1.0, 0, 0], [-1.0, 0, 0]], np.zeros((2, 3)))
 STONE = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([0.0, -1.0])), [0.0, 1.0], [1.0, 0.0])
 
@@ -30,13 +30,13 @@ def spring(q):
     return 0.5 * q[0] ** 2
 
 
-def away(q):
+def wrong_gradient(q):
     return -q
 
 
-WRONG = galvi.Problem(galvi.Canonical(1.0, spring, away, check=False), [1.0], [0.0])
+WRONG = galvi.Problem(galvi.Canonical(1.0, spring, wrong_gradient, check=False), [1.0], [0.0])
 GROUND = galvi.Event(height, terminal=True, name="ground")
-FAR = galvi.Event(lambda q, v, t: q[1, 1] - 5.0, terminal=True)
+FAR_APART = galvi.Event(lambda q, v, t: q[1, 1] - 5.0, terminal=True)
 
 SENTENCES = {
     Outcome(): "Completed.",
@@ -74,14 +74,14 @@ SENTENCES = {
 def test_the_sentence_of_an_outcome(outcome):
     assert str(outcome) == SENTENCES[outcome]
     assert Outcome.from_json(outcome.to_json()) == outcome
-    successful = outcome.end in (End.COMPLETED, End.DOUBTFUL, End.STOPPED_BY_EVENT)
-    assert outcome.success == successful and outcome.failed_step == (
-        None if successful else outcome.step
+    expected_success = outcome.end in (End.COMPLETED, End.DOUBTFUL, End.STOPPED_BY_EVENT)
+    assert outcome.success == expected_success and outcome.failed_step == (
+        None if expected_success else outcome.step
     )
-    assert outcome.in_doubt == (successful and "but" in SENTENCES[outcome])
+    assert outcome.in_doubt == (expected_success and "but" in SENTENCES[outcome])
 
 
-def interrupted():
+def interrupted_run():
     """A run that Ctrl-C ends."""
     calls = []
 
@@ -113,10 +113,10 @@ RUNS = {
         "Stopped at step 8 of 60, from t = 0.7: bodies 0 and 1 collide. ",
     ),
     End.STEP_LIMIT: (
-        lambda: galvi.integrate(APART, IN_CLOCK, 0.5, 3, duration=20.0),
+        lambda: galvi.integrate(ORBITING, IN_CLOCK, 0.5, 3, duration=20.0),
         "Stopped after 3 steps, at t = ",
     ),
-    End.INTERRUPTED: (interrupted, "Interrupted at step "),
+    End.INTERRUPTED: (interrupted_run, "Interrupted at step "),
 }
 
 
@@ -138,7 +138,7 @@ def test_runs_end_in_every_way_and_carry_it_along(tmp_path, end):
 
 
 def test_two_outcomes_that_differ_in_a_field_are_told_apart():
-    """The planted fault: a field that is left out of a saved file would not be seen otherwise."""
+    """Planted: an outcome that was saved without one of its fields."""
     full = Outcome(End.STEP_FAILED, 3, 0.2, "bodies collide", ("A note.",), 9, "Merge", "e", "s")
     for name in vars(full):
         facts = {key: value for key, value in full.to_json().items() if key != name}
@@ -147,10 +147,9 @@ def test_two_outcomes_that_differ_in_a_field_are_told_apart():
 
 @pytest.mark.parametrize(("method", "step"), [(EIGHT, 0.01), (IN_CLOCK, 0.05)])
 def test_a_block_of_a_longer_run_has_the_numbers_of_the_run(method, step):
-    """A run that an event may end is done in blocks; that it ends at the step at which it would
-    end without is no matter of its sentence."""
+    """A run that an event may end is done in blocks. Its outcome counts steps of the whole run."""
     plain, watched = (
-        galvi.integrate(AT_REST, method, step, 500, events=events) for events in ((), FAR)
+        galvi.integrate(AT_REST, method, step, 500, events=events) for events in ((), FAR_APART)
     )
     assert plain.outcome.end is End.STEP_FAILED and plain.failed_step > 64
     assert watched.outcome == plain.outcome
@@ -159,7 +158,7 @@ def test_a_block_of_a_longer_run_has_the_numbers_of_the_run(method, step):
 def test_a_run_in_blocks_says_at_which_of_all_steps_it_was_ruined():
     plain, watched = (
         galvi.integrate(HEAD_ON, EIGHT, 0.01, 700, save_every=7, events=events)
-        for events in ((), FAR)
+        for events in ((), FAR_APART)
     )
     assert watched.outcome.end is plain.outcome.end is End.RUINED and watched.outcome.steps == 700
     assert abs(watched.failed_step - plain.failed_step) <= 7 and watched.failed_step > 100

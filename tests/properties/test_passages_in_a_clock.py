@@ -1,4 +1,4 @@
-"""Passages of two bodies that a step in a clock does not resolve: said, and only those."""
+"""Passages of two bodies that a step in a clock does not resolve, and no others, are named."""
 
 from __future__ import annotations
 
@@ -23,20 +23,28 @@ def passage(number: int) -> galvi.Problem:
     rng = np.random.Generator(np.random.Philox(number))
     masses = np.array([1.0, *10.0 ** rng.uniform(-5.5, -3.0, 2)])
     masses[2] *= number % 2
-    r, angle, turn = rng.uniform(0.8, 1.5), rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-1.0, 1.0)
-    meet, way = r * turned(angle) @ [1.0, 0.0], turned(angle) @ [0.0, 1.0]
-    first = rng.uniform(0.8, 1.1) / np.sqrt(r) * way
-    second = rng.uniform(0.7, 1.2) * turned(turn) @ first
-    hill = r * ((masses[1] + masses[2]) / 3.0) ** (1.0 / 3.0)
-    aside = hill * rng.uniform(0.02, 0.5) * turned(rng.uniform(0.0, 2.0 * np.pi)) @ [1.0, 0.0]
-    at = galvi.Problem(
-        galvi.NBody(masses), [[0.0, 0.0], meet, meet + aside], [[0.0, 0.0], first, second]
+    r, angle, angle_of_second = (
+        rng.uniform(0.8, 1.5),
+        rng.uniform(0.0, 2.0 * np.pi),
+        rng.uniform(-1.0, 1.0),
     )
-    back = IAS15.run(at, -0.5 * DURATION, {"samples": 1})
-    return galvi.Problem(at.system, back.q[-1], back.v[-1])
+    meeting_point, direction = r * rotation(angle) @ [1.0, 0.0], rotation(angle) @ [0.0, 1.0]
+    first = rng.uniform(0.8, 1.1) / np.sqrt(r) * direction
+    second = rng.uniform(0.7, 1.2) * rotation(angle_of_second) @ first
+    hill = r * ((masses[1] + masses[2]) / 3.0) ** (1.0 / 3.0)
+    separation = (
+        hill * rng.uniform(0.02, 0.5) * rotation(rng.uniform(0.0, 2.0 * np.pi)) @ [1.0, 0.0]
+    )
+    encounter = galvi.Problem(
+        galvi.NBody(masses),
+        [[0.0, 0.0], meeting_point, meeting_point + separation],
+        [[0.0, 0.0], first, second],
+    )
+    back = IAS15.run(encounter, -0.5 * DURATION, {"samples": 1})
+    return galvi.Problem(encounter.system, back.q[-1], back.v[-1])
 
 
-def turned(angle: float) -> Any:
+def rotation(angle: float) -> Any:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
@@ -52,11 +60,11 @@ def test_a_run_that_is_wrong_after_a_passage_says_so(number: int) -> None:
         assert step > 0.1 or (not warned and error < 1e-4), (step, error, run.status)
 
 
-SEVEN = (  # two planets of 1e-5 that pass at 2e-3, with a step of 0.3 a quarter of the orbit wrong
+CLOSE_STATE = (  # two planets of 1e-5 that pass at 2e-3
     [[7.2283e-06, -1.89857e-05], [0.6974469761, 0.5594905041], [-1.42027244, 1.3390793551]],
     [[7.0939e-06, 2.6277e-06], [-0.7732756731, 0.4940799962], [0.06388694, -0.7568476381]],
 )
-CLOSE, EIGHT = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN), method(8, DYNAMICAL)
+CLOSE, EIGHT = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *CLOSE_STATE), method(8, DYNAMICAL)
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +78,10 @@ def test_the_bodies_the_distance_and_the_error_are_named(
     assert "bodies 1 and 2 passed at a distance of about 2.1e-03 near t = 2.9" in uncut.status
     assert "error of about 3e-03 in their relative velocity" in uncut.status
     half = galvi.integrate(CLOSE, EIGHT, 0.3, duration=2.5)
-    assert galvi.resume(half, until=DURATION).status == uncut.status  # what was seen is kept
-    # the planted fault: only steps that hold the closest approach are looked at
+    assert (
+        galvi.resume(half, until=DURATION).status == uncut.status
+    )  # the passage is kept in the checkpoint
+    # Planted: only steps that contain the closest approach are examined.
     monkeypatch.setattr(stepper, "compiled_note_states", lambda: lambda *arguments: None)
     assert galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION).status == "Completed."
 
@@ -123,7 +133,7 @@ def test_a_passage_in_the_last_shortened_step_is_named(uncut: galvi.Trajectory) 
 def test_a_passage_at_the_start_is_the_same_in_transformed_time(
     step: float, uncut: galvi.Trajectory
 ) -> None:
-    """Whose state has momenta, where that of lanes has velocities."""
+    """The state in transformed time has momenta, that of lanes has velocities."""
     step_index = int(np.argmin(np.abs(uncut.t - uncut.checkpoint.passage[4])))
     at_passage = CLOSE.moved(uncut.q[step_index], uncut.v[step_index], float(uncut.t[step_index]))
     lanes, newton = (
@@ -145,16 +155,16 @@ def test_a_fall_with_actions_ends_in_a_sentence(mass: float) -> None:
 
 @pytest.mark.parametrize(("s", "step"), [(1, 0.3), (2, 1.0), (4, 3.0), (8, 0.6)])
 def test_steps_that_are_too_long_for_a_massless_body_are_said(s: int, step: float) -> None:
-    """On a circle, where its energy, which is in no sum, stays as it is."""
+    """On a circle, where the error does not show in the energy of the massless body."""
     circle = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1]])
     run = galvi.integrate(circle, method(s, DYNAMICAL), step, duration=60.0)
-    off = float(np.max(np.abs(run.q[-1, 1] - [np.cos(60.0), np.sin(60.0)])))
+    error = float(np.max(np.abs(run.q[-1, 1] - [np.cos(60.0), np.sin(60.0)])))
     warned = "a step changes the energy of the massless body 1" in run.status
-    assert warned == (off > 1e-3) and (warned or off < 1e-12)
+    assert warned == (error > 1e-3) and (warned or error < 1e-12)
 
 
 def test_that_is_seen_at_several_states() -> None:
-    """From the pericentre: at the end of a run steps may be short enough."""
+    """The run starts at the pericentre; at its end the steps are short enough."""
     eccentric = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1.9**0.5]])
     run = galvi.integrate(eccentric, method(1, DYNAMICAL), 0.2, 25)
     assert "massless body 1" in run.status

@@ -1,4 +1,4 @@
-"""Spaces on pieces of a step: a step on pieces is that many steps, and what its rule must do."""
+"""Spaces on pieces of a step: a step on n pieces is n steps; joints of values and slopes."""
 
 import numpy as np
 import pytest
@@ -18,13 +18,15 @@ import galvi
 )
 def test_a_step_on_pieces_is_that_many_steps(degree, pieces, rule):
     problem = galvi.problems.kepler(0.3)
-    cut = galvi.Galerkin(galvi.PiecewisePolynomials(degree, pieces), galvi.composite(rule, pieces))
+    piecewise = galvi.Galerkin(
+        galvi.PiecewisePolynomials(degree, pieces), galvi.composite(rule, pieces)
+    )
     plain = galvi.Galerkin(galvi.Polynomials(degree), rule)
-    long = galvi.integrate(problem, cut, 0.4, 20)
-    short = galvi.integrate(problem, plain, 0.4 / pieces, 20 * pieces)
-    assert np.allclose(long.q, short.q[::pieces], rtol=0, atol=1e-13)  # 4e-15
+    piecewise_run = galvi.integrate(problem, piecewise, 0.4, 20)
+    plain_run = galvi.integrate(problem, plain, 0.4 / pieces, 20 * pieces)
+    assert np.allclose(piecewise_run.q, plain_run.q[::pieces], rtol=0, atol=1e-13)  # 4e-15
     t = np.linspace(0.0, 8.0, 97)
-    assert np.allclose(long(t), short(t), rtol=0, atol=1e-13)  # 4e-15
+    assert np.allclose(piecewise_run(t), plain_run(t), rtol=0, atol=1e-13)  # 4e-15
 
 
 def test_one_piece_is_the_space_of_polynomials():

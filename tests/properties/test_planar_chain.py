@@ -12,19 +12,19 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
 
 def positions_lagrangian(masses, lengths, gravity, rods):
-    """Kinetic minus potential energy of points or of uniform rods, from places in the plane."""
+    """Kinetic minus potential energy of points or of uniform rods, from positions in the plane."""
     sympy = pytest.importorskip("sympy")
     n = len(masses)
     t = sympy.Symbol("t")
     q = [sympy.Function(f"q{i}")(t) for i in range(n)]
     hinge, L = sympy.Matrix([0, 0]), 0
     for m, l, angle in zip(masses, lengths, q, strict=True):
-        along = sympy.Matrix([sympy.sin(angle), -sympy.cos(angle)])
-        centre = hinge + l * along / (2 if rods else 1)
-        speed = centre.diff(t)
-        L += m * (speed.dot(speed) / 2 - gravity * centre[1])
+        direction = sympy.Matrix([sympy.sin(angle), -sympy.cos(angle)])
+        centre = hinge + l * direction / (2 if rods else 1)
+        velocity = centre.diff(t)
+        L += m * (velocity.dot(velocity) / 2 - gravity * centre[1])
         L += m * l**2 * angle.diff(t) ** 2 / 24 if rods else 0
-        hinge = hinge + l * along
+        hinge = hinge + l * direction
     return galvi.Lagrangian.from_sympy(L, q)
 
 
@@ -37,10 +37,15 @@ Q, V = np.array([0.4, -1.9, 2.7]), np.array([1.1, -0.3, 0.8])
 def test_its_slopes_and_its_value_are_those_that_sympy_derives_from_places(rods):
     written = galvi.Lagrangian(galvi.PlanarChain(MASSES, LENGTHS, 9.5, rods), galvi.Rn(3))
     derived = positions_lagrangian(MASSES, LENGTHS, 9.5, rods)
-    a, b = written.function, derived.function
-    assert a(Q, V) == pytest.approx(b(Q, V), rel=1e-14)
-    np.testing.assert_allclose(a.slopes(Q, V), b.slopes(Q, V), rtol=0, atol=1e-13)  # 4e-15
-    runs = [galvi.integrate(galvi.Problem(s, Q, V), EIGHT, 0.05, 10) for s in (written, derived)]
+    chain, sympy_function = written.function, derived.function
+    assert chain(Q, V) == pytest.approx(sympy_function(Q, V), rel=1e-14)
+    np.testing.assert_allclose(
+        chain.slopes(Q, V), sympy_function.slopes(Q, V), rtol=0, atol=1e-13
+    )  # 4e-15
+    runs = [
+        galvi.integrate(galvi.Problem(system, Q, V), EIGHT, 0.05, 10)
+        for system in (written, derived)
+    ]
     np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-13)  # 9e-16
     np.testing.assert_allclose(runs[0].p, runs[1].p, rtol=0, atol=1e-13)  # 3e-15
 
@@ -52,10 +57,10 @@ def test_a_rod_taken_for_a_point_would_be_seen():
 
 
 @pytest.mark.slow_cases("False-1.0")
-@pytest.mark.parametrize(("rods", "reduced"), [(False, 1.0), (True, 2.0 / 3.0)])
-def test_one_link_is_a_pendulum_with_the_period_of_its_reduced_length(rods, reduced):
+@pytest.mark.parametrize(("rods", "reduced_length"), [(False, 1.0), (True, 2.0 / 3.0)])
+def test_one_link_is_a_pendulum_with_the_period_of_its_reduced_length(rods, reduced_length):
     chain = galvi.PlanarChain([1.7], [0.9], 9.81, rods)
-    period = 4.0 * np.sqrt(reduced * 0.9 / 9.81) * ellipk(np.sin(0.8) ** 2)
+    period = 4.0 * np.sqrt(reduced_length * 0.9 / 9.81) * ellipk(np.sin(0.8) ** 2)
     problem = galvi.Problem(galvi.Lagrangian(chain, galvi.Rn(1)), [1.6], [0.0])
     run = galvi.integrate(problem, EIGHT, period / 16, 16)
     assert abs(run.q[-1, 0] - 1.6) < 1e-13 and abs(run.q[8, 0] + 1.6) < 1e-13  # 4e-16
@@ -80,12 +85,12 @@ def test_without_gravity_a_chain_keeps_its_angular_momentum():
 
 
 def test_a_step_too_large_for_the_motion_is_said_so_though_it_is_solved():
-    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    wild = galvi.integrate(galvi.problems.double_pendulum(), two, 0.3, 6)
-    assert wild.outcome.end is galvi.End.RUINED and wild.counts["steps"] == 6
-    assert np.all(np.isfinite(wild.q))  # the energy changes by 500 times the potential's range
-    tame = galvi.integrate(galvi.problems.double_pendulum(), two, 0.02, 90)
-    assert tame.status == "Completed."
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    ruined = galvi.integrate(galvi.problems.double_pendulum(), method, 0.3, 6)
+    assert ruined.outcome.end is galvi.End.RUINED and ruined.counts["steps"] == 6
+    assert np.all(np.isfinite(ruined.q))  # the energy changes by 500 times the potential's range
+    resolved = galvi.integrate(galvi.problems.double_pendulum(), method, 0.02, 90)
+    assert resolved.status == "Completed."
 
 
 def test_a_force_may_change_the_energy_without_a_word():
@@ -93,6 +98,6 @@ def test_a_force_may_change_the_energy_without_a_word():
     braked = galvi.Lagrangian(
         chain.system.function, chain.system.group, force=lambda q, v: -4.0 * v
     )
-    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    run = galvi.integrate(galvi.Problem(braked, chain.q0, chain.v0), two, 0.05, 40)
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(braked, chain.q0, chain.v0), method, 0.05, 40)
     assert run.status == "Completed."

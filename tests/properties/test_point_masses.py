@@ -13,12 +13,12 @@ FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
-@pytest.mark.parametrize(("stages", "size"), [(3, 3), (8, 2), (11, 3), (24, 2)])
+@pytest.mark.parametrize(("stages", "dimension"), [(3, 3), (8, 2), (11, 3), (24, 2)])
 def test_the_packed_kernel_does_what_the_general_one_does_in_fewer_passes(
-    stages, size, monkeypatch
+    stages, dimension, monkeypatch
 ):
     sun = galvi.problems.solar_system()
-    sun = galvi.Problem(sun.system, sun.q0[:, :size], sun.v0[:, :size])
+    sun = galvi.Problem(sun.system, sun.q0[:, :dimension], sun.v0[:, :dimension])
     method = galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages))
     packed = galvi.integrate(sun, method, 1.0 * stages, 40)
     monkeypatch.setattr(engines, "ENGINES", (engines.GENERAL,))
@@ -63,7 +63,7 @@ def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the
     beside="test_massless_bodies_do_not_collide_and_those_that_pass_once_need_a_clock"
 )
 def test_bodies_that_pass_are_not_said_to_collide():
-    """Into the pass, and from it; where a smaller step would help, it is what is said."""
+    """Runs into a passage and from one. Where a smaller step would help, it is what is advised."""
 
     def status(pericentre, anomaly, h, forces=()):
         r = pericentre + 2.0 * (1.0 - pericentre) * np.sin(0.5 * anomaly) ** 2
@@ -78,8 +78,8 @@ def test_bodies_that_pass_are_not_said_to_collide():
 
     force = galvi.Force(lambda q: 0.0 * q)
     passes = [(0.0, 0.3), (0.0, 1e-2), (np.pi, 0.3), (np.pi, 0.05), (0.0, 0.3, force)]
-    for anomaly, h, *acting in passes:
-        reason = status(1e-7, anomaly, h, acting)
+    for anomaly, h, *acting_forces in passes:
+        reason = status(1e-7, anomaly, h, acting_forces)
         assert "collide" not in reason and "at a distance of about 1.0e-07" in reason, reason
         assert "Use clock=galvi.DynamicalTime(), whose steps follow" in reason, reason
         assert "smaller step" not in reason and "KeplerFrame" not in reason, reason
@@ -89,12 +89,12 @@ def test_bodies_that_pass_are_not_said_to_collide():
 def test_massless_bodies_do_not_collide_and_those_that_pass_once_need_a_clock():
     q = np.array([[0.0, 0.0], [1.0, 0.0], [3.0, 2.0]])
     v = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 0.0]])
-    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    run = galvi.integrate(galvi.Problem(galvi.NBody([1.0, 0.0, 0.0]), q, v), two, 10.0, 5)
+    coarse = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(galvi.NBody([1.0, 0.0, 0.0]), q, v), coarse, 10.0, 5)
     assert "bodies 0 and 1" in run.status, run.status
     passing = galvi.Problem(
         galvi.NBody([1.0, 0.1]), [[0.0, 0.0], [-10.0, 1e-3]], [[0.0, 0.0], [1.0, 0.0]]
     )
-    six = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
-    run = galvi.integrate(passing, six, 0.3, 60)
+    fine = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+    run = galvi.integrate(passing, fine, 0.3, 60)
     assert "DynamicalTime()" in run.status, run.status

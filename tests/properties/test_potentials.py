@@ -21,25 +21,25 @@ POTENTIALS = (
     galvi.UniformField([1.0, -2.0, 0.5]),
 )
 each_potential = pytest.mark.parametrize("potential", POTENTIALS, ids=lambda V: type(V).__name__)
-SIZES = st.floats(0.1, 2.0) | st.floats(-2.0, -0.1)
+COORDINATES = st.floats(0.1, 2.0) | st.floats(-2.0, -0.1)
 
 
 @each_potential
-@given(q=st.lists(SIZES, min_size=3, max_size=3))
+@given(q=st.lists(COORDINATES, min_size=3, max_size=3))
 def test_derivatives_are_those_of_the_value(potential: Any, q: list[float]) -> None:
-    steps = np.array(q)[:, None] + 1e-30j * np.eye(3)
-    slopes = [np.imag(potential(column)) / 1e-30 for column in steps.T]
-    seconds = [np.imag(potential.gradient(column)) / 1e-30 for column in steps.T]
+    shifted = np.array(q)[:, None] + 1e-30j * np.eye(3)
+    slopes = [np.imag(potential(position)) / 1e-30 for position in shifted.T]
+    second_derivatives = [np.imag(potential.gradient(position)) / 1e-30 for position in shifted.T]
     np.testing.assert_allclose(potential.gradient(q), slopes, rtol=1e-13, atol=1e-14)
-    np.testing.assert_allclose(potential.hessian(q), seconds, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(potential.hessian(q), second_derivatives, rtol=1e-12, atol=1e-13)
     of_complex = potential.hessian(np.array(q) + 0j)
     np.testing.assert_allclose(of_complex, potential.hessian(q), rtol=1e-14, atol=1e-15)
     kernel = galvi.Canonical(1.0, potential).force_kernel(3)
-    at, forces, blocks = np.array(q)[:, None], np.empty((3, 1)), np.empty((3, 3, 1))
-    kernel.force(at, np.zeros(1), kernel.constants, forces)
-    kernel.slope(at, np.zeros(1), kernel.constants, blocks)
+    columns, forces, blocks = np.array(q)[:, None], np.empty((3, 1)), np.empty((3, 3, 1))
+    kernel.force(columns, np.zeros(1), kernel.constants, forces)
+    kernel.slope(columns, np.zeros(1), kernel.constants, blocks)
     np.testing.assert_allclose(forces[:, 0], slopes, rtol=1e-13, atol=1e-14)
-    np.testing.assert_allclose(blocks[..., 0], seconds, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(blocks[..., 0], second_derivatives, rtol=1e-12, atol=1e-13)
 
 
 @pytest.mark.parametrize("size", [1e-95, 1e-60, 1e60, 1e95])
@@ -63,7 +63,7 @@ def test_a_field_of_another_number_of_coordinates_is_refused() -> None:
 
 
 @dataclass(frozen=True)
-class Named(galvi.CentralForce):
+class WithName(galvi.CentralForce):
     name: str = "earth"
 
 
@@ -75,26 +75,26 @@ def test_a_class_with_more_fields_is_the_same_potential() -> None:
             0.1,
             10,
         )
-        for V in (galvi.CentralForce(1.0), pickle.loads(pickle.dumps(Named(1.0))))
+        for V in (galvi.CentralForce(1.0), pickle.loads(pickle.dumps(WithName(1.0))))
     )
     assert np.array_equal(original.q, of_subclass.q)
 
 
-class Own(galvi.CentralForce):
-    """A force of its own under a name that galvi has."""
+class ForceWithBuiltInName(galvi.CentralForce):
+    """A potential with other slopes, under a name that galvi uses."""
 
     @staticmethod
     def slopes(q: Any, c: Any, out: Any) -> None:
         out[:] = 2.0 * c[0] * q
 
 
-Own.slopes.__name__ = "pendulum"
+ForceWithBuiltInName.slopes.__name__ = "pendulum"
 
 
 def test_a_force_of_ones_own_is_not_taken_for_one_of_the_same_name() -> None:
     from galvi.tracing.laws_of_systems import slopes_of
 
-    assert slopes_of(galvi.Canonical(1.0, Own(1.0))) is None
+    assert slopes_of(galvi.Canonical(1.0, ForceWithBuiltInName(1.0))) is None
     assert slopes_of(galvi.Canonical(1.0, galvi.CosinePotential())) is not None
 
 

@@ -54,11 +54,11 @@ def test_the_driven_oscillator_moves_as_its_equation_at_its_own_time():
     method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))
     run = galvi.integrate(problem, method, 0.05, 100)
 
-    def rates(t, y):
+    def right_side(t, y):
         return y[1], -y[0] - y[0] ** 3 + np.sin(1.5 * t)
 
     start, span = (problem.q0[0], problem.v0[0]), (problem.t0, problem.t0 + 5.0)
-    end = solve_ivp(rates, span, start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    end = solve_ivp(right_side, span, start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
     assert problem.t0 != 0.0
     assert np.allclose([run.q[-1, 0], run.p[-1, 0]], end, atol=1e-9)
 
@@ -75,8 +75,8 @@ def test_gravity_is_that_of_the_textbook_and_so_is_its_derivative():
     masses, q = rng.uniform(0.5, 2, 4), rng.normal(size=(4, 3))
     system = galvi.NBody(masses, G=0.7)
     assert np.allclose(system.acceleration(q, 0.0), gravity(masses, 0.7, q), rtol=1e-14)
-    moved = (q + 1e-20j * unit.reshape(q.shape) for unit in np.eye(q.size))
-    exact = np.array([gravity(masses, 0.7, z).imag.ravel() for z in moved]).T / 1e-20
+    shifted = (q + 1e-20j * unit.reshape(q.shape) for unit in np.eye(q.size))
+    exact = np.array([gravity(masses, 0.7, z).imag.ravel() for z in shifted]).T / 1e-20
     assert np.allclose(system.acceleration_jacobian(q, 0.0), exact, rtol=1e-12, atol=1e-13)
 
 
@@ -92,16 +92,16 @@ def test_newton_has_the_jacobian_of_a_few_bodies_and_of_many_their_own_blocks(bo
     full = system.acceleration_jacobian(q, 0.0)
     for i in range(0, q.size, field.width):
         block = slice(i, i + field.width)
-        close = 1e-15 * np.abs(full[block, block]).max()
-        assert np.allclose(blocks[block, :, 0], full[block, block], rtol=1e-13, atol=close)
+        tolerance = 1e-15 * np.abs(full[block, block]).max()
+        assert np.allclose(blocks[block, :, 0], full[block, block], rtol=1e-13, atol=tolerance)
 
 
 def test_a_missing_gradient_and_hessian_are_differenced():
     exact = galvi.problems.henon_heiles().system
-    bare = galvi.Canonical(1.0, exact.potential.py_func)
+    differenced = galvi.Canonical(1.0, exact.potential.py_func)
     for q in np.random.default_rng(2).normal(size=(5, 2)):
         gradients, hessians = (
-            [getattr(system, f"potential_{name}")(q, 0.0) for system in (bare, exact)]
+            [getattr(system, f"potential_{name}")(q, 0.0) for system in (differenced, exact)]
             for name in ("gradient", "hessian")
         )
         assert np.allclose(*gradients, atol=1e-12) and np.allclose(*hessians, atol=1e-9)
@@ -109,12 +109,12 @@ def test_a_missing_gradient_and_hessian_are_differenced():
 
 def test_momenta_are_mass_times_velocity_for_every_kind_of_mass():
     v = np.array([[1.0, 2.0], [3.0, -1.0]])
-    full = np.array([[2.0, 0.5], [0.5, 1.0]])
+    mass_matrix = np.array([[2.0, 0.5], [0.5, 1.0]])
     spring = galvi.LinearSpring()
     for mass, expected in (
         (3.0, 3.0 * v),
         ([2.0, 5.0], v * [2.0, 5.0]),
-        (full, v @ full),
+        (mass_matrix, v @ mass_matrix),
     ):
         system = galvi.Canonical(mass, spring)
         assert np.allclose(system.momentum(v), expected)

@@ -27,9 +27,9 @@ def exact_radial(chart, u):
     return (sine, cosine), (sine, cosine, (slope - sine) / u), (k, (1 / slope - k) / u)
 
 
-def slope_of_radial(chart, u, times):
-    """Derivatives by u of a, b and c."""
-    return [mp.diff(lambda x, i=i: exact_radial(chart, x)[1][i], u, times) for i in range(3)]
+def slope_of_radial(chart, u, order):
+    """The derivatives of a, b and c by u, of order ``order``."""
+    return [mp.diff(lambda x, i=i: exact_radial(chart, x)[1][i], u, order) for i in range(3)]
 
 
 @each_size
@@ -37,27 +37,27 @@ def test_the_functions_of_the_angle_are_exact_to_a_few_units(chart, size):
     u = float(size) ** 2
     with mp.workdps(60):
         exact = mp.mpf(u)
-        rotation, turn, inverse = exact_radial(chart, exact)
-        first, second = (slope_of_radial(chart, exact, times) for times in (1, 2))
-    value, slope, bend = dispatch.tangent_radial(chart.number, u)
-    cancelling = size > 5.0 and chart == EXPONENTIAL
-    for computed, expected, close in (
+        rotation, tangent, inverse = exact_radial(chart, exact)
+        first, second = (slope_of_radial(chart, exact, order) for order in (1, 2))
+    value, slope, second_slope = dispatch.tangent_radial(chart.number, u)
+    differences_cancel = size > 5.0 and chart == EXPONENTIAL
+    for computed, expected, tolerance in (
         (
             dispatch.rotation_radial(chart.number, u),
             rotation,
             4e-15,
         ),  # 1.4e-15, 2e-16 below 5
-        (value, turn, 1e-15),  # 3e-16
+        (value, tangent, 1e-15),  # 3e-16
         (
             dispatch.inverse_radial(chart.number, u),
             inverse,
-            1e-13 if cancelling else 4e-15,
+            1e-13 if differences_cancel else 4e-15,
         ),  # 4e-14, 1e-15 of 1 - u d
         (slope, first, 2e-15),  # 6e-16
-        (bend, second, 1e-14),  # 4e-15
+        (second_slope, second, 1e-14),  # 4e-15
     ):
         numbers = np.array(expected, dtype=float)
-        assert np.allclose(computed, numbers, rtol=0.0, atol=close * np.max(np.abs(numbers)))
+        assert np.allclose(computed, numbers, rtol=0.0, atol=tolerance * np.max(np.abs(numbers)))
 
 
 @each_size
@@ -67,11 +67,11 @@ def test_quaternions_and_plane_angles_are_those_of_the_angle(chart, size):
         x = mp.mpf(size)
         angle, slope = (function(x) for function in ANGLES[chart])
         half = mp.cos(angle / 2), mp.sin(angle / 2)
-        bend = mp.diff(ANGLES[chart][1], x)
-    along, less = dispatch.half_turn(number, float(size) ** 2)
-    assert along * size == pytest.approx(float(half[1]), rel=1e-15, abs=1e-15)
-    assert less == pytest.approx(float(half[0] - 1), rel=1e-14)
-    expected = float(angle), float(slope), float(bend)
+        second_slope = mp.diff(ANGLES[chart][1], x)
+    sine_over_size, cosine_less_1 = dispatch.half_turn(number, float(size) ** 2)
+    assert sine_over_size * size == pytest.approx(float(half[1]), rel=1e-15, abs=1e-15)
+    assert cosine_less_1 == pytest.approx(float(half[0] - 1), rel=1e-14)
+    expected = float(angle), float(slope), float(second_slope)
     assert (
         dispatch.angle_of(number, size),
         *so2.slopes(number, float(size)),
@@ -93,17 +93,17 @@ def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
 
 
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: type(chart).__name__)
-@pytest.mark.parametrize("share", [0.0, *(s / 2 for s in DECADES), 0.7, 0.86, 0.9999999, 1.0])
-def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, share):
+@pytest.mark.parametrize("fraction", [0.0, *(s / 2 for s in DECADES), 0.7, 0.86, 0.9999999, 1.0])
+def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, fraction):
     module = dispatch.CHARTS[chart.number]
-    u = (share * module.LARGEST_IN_LANES) ** 2
+    u = (fraction * module.LARGEST_IN_LANES) ** 2
     with mp.workdps(150):
         x = mp.mpf(u) or mp.mpf(10) ** -30
-        _, turn, inverse = exact_radial(chart, x)
-    lanes = np.array(u)  # any value but a number
+        _, tangent, inverse = exact_radial(chart, x)
+    lanes = np.array(u)  # an array, so that the series for lanes is used
     computed = np.array([float(x) for x in (*module.tangent(lanes)[0], *module.inverse(lanes))])
     # 5e-16 in sin(x) / x; 2e-16 otherwise
-    exact = np.array([*turn, *inverse], dtype=float)
+    exact = np.array([*tangent, *inverse], dtype=float)
     assert np.allclose(computed, exact, rtol=2e-15, atol=1e-40)
 
 

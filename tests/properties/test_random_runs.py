@@ -1,5 +1,5 @@
-"""Random problems, methods and steps: the fast engines against the general kernel, or said; and a
-remark in a status means something: right runs have none, but for one in a hundred."""
+"""Random problems, methods and steps: runs of the fast engines agree with the general kernel, or
+their status has a remark; and few runs that are right have a remark."""
 
 from __future__ import annotations
 
@@ -14,20 +14,24 @@ import pytest
 import galvi
 
 ready = galvi.problems
-MANY, STEPS = 500, 40
-NUDGE = 1e-13  # relative, of the start: how much an error of rounding grows in a run
-RIGHT = 1e-6  # error of the end, relative, of a run of which nothing need be said
-ALIKE = 300.0  # times that growth: what rounding in each of the steps may add to
+RUNS, STEPS = 500, 40
+NUDGE = 1e-13  # relative change of the start, which shows how rounding errors grow in a run
+RIGHT_ERROR = 1e-6  # relative error of the end below which a remark is a false alarm
+ALLOWED_GROWTH = (
+    300.0  # allowed difference, in units of that growth: each step adds rounding errors
+)
 
 
 def pair(e: float) -> galvi.Problem:
-    orbit, share = ready.kepler(e), np.array([1.0, 2.0]) / 3.0
-    way = np.array([-share[1], share[0]])
-    return galvi.Problem(galvi.NBody(share), np.outer(way, orbit.q0), np.outer(way, orbit.v0))
+    orbit, mass_fractions = ready.kepler(e), np.array([1.0, 2.0]) / 3.0
+    weights = np.array([-mass_fractions[1], mass_fractions[0]])
+    return galvi.Problem(
+        galvi.NBody(mass_fractions), np.outer(weights, orbit.q0), np.outer(weights, orbit.v0)
+    )
 
 
-def moon(e: float) -> galvi.Problem:
-    """Three bodies of which one is light, boosted."""
+def three_bodies(e: float) -> galvi.Problem:
+    """Three bodies, one of them light, whose centre of mass moves."""
     masses = np.array([1.0, 0.3, 1e-4])
     q = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.05 * (1.0 + e)]])
     speed = np.sqrt(0.3 / 0.05 * (1.0 - e) / (1.0 + e))
@@ -63,11 +67,11 @@ def arm(knee: float) -> galvi.Problem:
     return servos().with_initial_state([0.7, knee], [0.5, 1.0])
 
 
-# name -> (of a random number in [0, 1), the problem), and about the time in which it moves
+# Name -> function of a random number in [0, 1) to the problem, and the time scale of its motion.
 PROBLEMS: dict[str, tuple[Callable[[float], galvi.Problem], float]] = {
     "Kepler": (lambda x: ready.kepler(0.95 * x), 1.0),
     "a pair": (lambda x: pair(0.9 * x), 1.0),
-    "three bodies": (lambda x: moon(0.5 * x), 0.05),
+    "three bodies": (lambda x: three_bodies(0.5 * x), 0.05),
     "outer planets": (lambda x: ready.outer_solar_system(), 690.0),
     "Henon-Heiles": (lambda x: ready.henon_heiles(0.02 + 0.13 * x), 1.0),
     "oscillator": (lambda x: ready.harmonic_oscillator(), 1.0),
@@ -93,7 +97,7 @@ CLOCKS = {
 RULES = (lambda s: galvi.gauss(s), lambda s: galvi.gauss(2 * s), lambda s: galvi.lobatto(s + 1))
 
 
-def ended(problem: galvi.Problem, method: Any, step: float, **options: Any) -> Any:
+def run_or_none(problem: galvi.Problem, method: Any, step: float, **options: Any) -> Any:
     try:
         return galvi.integrate(problem, method, step, STEPS, **options)
     except ValueError:  # a step that a clock refuses
@@ -101,7 +105,7 @@ def ended(problem: galvi.Problem, method: Any, step: float, **options: Any) -> A
 
 
 def distance(left: Any, right: Any) -> float:
-    """Of two ends, relative to the size of the states."""
+    """The largest difference of the last states, relative to the largest entry of a state."""
     return float(
         max(
             np.max(np.abs(a[-1] - b[-1])) / np.max(np.abs(b))
@@ -110,7 +114,7 @@ def distance(left: Any, right: Any) -> float:
     )
 
 
-def drawn(number: int) -> tuple[str, galvi.Problem, galvi.Galerkin, float]:
+def random_case(number: int) -> tuple[str, galvi.Problem, galvi.Galerkin, float]:
     """A random problem with its name, a method and a step."""
     rng = np.random.Generator(np.random.Philox(number))
     name = list(PROBLEMS)[rng.integers(len(PROBLEMS))]
@@ -125,71 +129,76 @@ def drawn(number: int) -> tuple[str, galvi.Problem, galvi.Galerkin, float]:
     return name, problem, method, step
 
 
-def true_run(problem: galvi.Problem, step: float, clock: Any, run: Any) -> galvi.Trajectory:
-    """Another one to the same end, of higher degree and in smaller steps."""
+def finer_run(problem: galvi.Problem, step: float, clock: Any, run: Any) -> galvi.Trajectory:
+    """The run to the same time with a higher degree, and in smaller steps."""
     points = 16 if clock is None else 20
-    finer = galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), clock=clock)
+    method = galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), clock=clock)
     if clock is None:
-        return galvi.integrate(problem, finer, step / 8, 8 * STEPS)
-    return galvi.integrate(problem, finer, 0.1 * np.sign(step), duration=abs(run.t[-1]))
+        return galvi.integrate(problem, method, step / 8, 8 * STEPS)
+    return galvi.integrate(problem, method, 0.1 * np.sign(step), duration=abs(run.t[-1]))
 
 
-def outcome(number: int) -> tuple[str, str]:
-    """How one random run compares, and what it was: "alike", "said", "false alarm", where something
-    is said of a right run, "not compared" or "WRONG"."""
-    name, problem, method, step = drawn(number)
+def compared(number: int) -> tuple[str, str]:
+    """The verdict on one random run, and its description.
+
+    The verdicts are "alike", "said" for a remark, "false alarm" for a remark on a right run, "not
+    compared" and "WRONG".
+    """
+    name, problem, method, step = random_case(number)
     clock, rule = method.clock, method.rule
     description = (
         f"{number}: {name}, degree {method.space.degree}, {rule.name}, {clock}, step {step!r}"
     )
-    fast = ended(problem, method, step)
+    fast = run_or_none(problem, method, step)
     if fast is None or fast.engine == "general":
         return "said" if fast is None else "not compared", description
     if not fast.status.startswith("Completed."):
-        alarm = is_right(problem, step, clock, fast)
-        return "false alarm" if alarm else "said", f"{description}: {fast.status}"
-    slow = ended(problem, method, step, solver="newton")
-    moved = nudged_end(problem, method, step)
-    if slow is None or moved is None or not (slow.success and moved.success):
+        run_is_right = is_right(problem, step, clock, fast)
+        return "false alarm" if run_is_right else "said", f"{description}: {fast.status}"
+    slow = run_or_none(problem, method, step, solver="newton")
+    nudged = nudged_run(problem, method, step)
+    if slow is None or nudged is None or not (slow.success and nudged.success):
         return "not compared", description
-    allowed = ALIKE * max(distance(moved, slow), NUDGE)
+    allowed_difference = ALLOWED_GROWTH * max(distance(nudged, slow), NUDGE)
     if name == "three bodies" and clock is not None:  # a light body: other equations, H - E0 alike
-        true = true_run(problem, step, clock, fast)
-        allowed += 100.0 * distance(fast, true) if true.success else np.inf
-        slow = true if true.success else slow
-    off = distance(fast, slow)
-    if off > allowed and clock is None:  # a step so long that its equations have several solutions
-        true = true_run(problem, step, clock, fast)
-        if 0.1 < distance(fast, true) <= 2.0 * distance(slow, true):
+        finer = finer_run(problem, step, clock, fast)
+        allowed_difference += 100.0 * distance(fast, finer) if finer.success else np.inf
+        slow = finer if finer.success else slow
+    difference = distance(fast, slow)
+    if (
+        difference > allowed_difference and clock is None
+    ):  # a step so long that its equations have several solutions
+        finer = finer_run(problem, step, clock, fast)
+        if 0.1 < distance(fast, finer) <= 2.0 * distance(slow, finer):
             return "not compared", description
     return (
-        "alike" if off <= allowed else "WRONG",
-        f"{description}: {off:.1e}, allowed {allowed:.1e}",
+        "alike" if difference <= allowed_difference else "WRONG",
+        f"{description}: {difference:.1e}, allowed {allowed_difference:.1e}",
     )
 
 
 def is_right(problem: galvi.Problem, step: float, clock: Any, run: Any) -> bool:
-    """Whether the run's end is that of a finer one."""
+    """Whether the end of the run agrees with that of a finer one to RIGHT_ERROR."""
     if not np.isfinite(run.q[-1]).all():
         return False
-    true = true_run(problem, step, clock, run)
-    return true.success and distance(run, true) < RIGHT
+    finer = finer_run(problem, step, clock, run)
+    return finer.success and distance(run, finer) < RIGHT_ERROR
 
 
-def nudged_end(problem: galvi.Problem, method: galvi.Galerkin, step: float) -> Any:
-    """The run by the general kernel from a start that is off by NUDGE."""
+def nudged_run(problem: galvi.Problem, method: galvi.Galerkin, step: float) -> Any:
+    """The run by the general kernel from a start times 1 + NUDGE; None where it is refused."""
     on_space = problem.q0.shape == problem.v0.shape
     q0 = problem.q0 * (1.0 + NUDGE) if on_space else problem.q0
     nudged = problem.with_initial_state(q0, problem.v0 * (1.0 + NUDGE))
-    return ended(nudged, method, step, solver="newton")
+    return run_or_none(nudged, method, step, solver="newton")
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 @pytest.mark.slow(beside="tests/agreement/test_agreement.py::test_drawn_cells_agree")
 def test_random_runs_are_those_of_the_general_kernel_or_say_that_they_are_not() -> None:
-    outcomes = [outcome(number) for number in range(MANY)]
-    assert [description for how, description in outcomes if how == "WRONG"] == []
-    counts = Counter(how for how, _ in outcomes)
-    assert counts["alike"] > 0.6 * MANY and counts["said"] < 0.3 * MANY, counts
-    alarms = [description for how, description in outcomes if how == "false alarm"]
+    comparisons = [compared(number) for number in range(RUNS)]
+    assert [description for verdict, description in comparisons if verdict == "WRONG"] == []
+    counts = Counter(verdict for verdict, _ in comparisons)
+    assert counts["alike"] > 0.6 * RUNS and counts["said"] < 0.3 * RUNS, counts
+    alarms = [description for verdict, description in comparisons if verdict == "false alarm"]
     assert len(alarms) <= 0.01 * counts["alike"], alarms

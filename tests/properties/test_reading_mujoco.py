@@ -1,4 +1,4 @@
-"""Models of MuJoCo are read whole, or refused by the name of what is not understood."""
+"""Models of MuJoCo are read completely, or refused by the names of what is not supported."""
 
 import copy
 from dataclasses import replace
@@ -41,7 +41,7 @@ size=".1 .2 .3"/></body><body pos="1 0 0"><joint name="h"/><geom size=".1"/></bo
 BODY = '<inertial pos="0 .1 -.2" mass="1.5" diaginertia=".01 .02 .015"/>'
 
 
-def compiled(text=PLAIN):
+def model_of(text=PLAIN):
     return mujoco.MjModel.from_xml_string(text)
 
 
@@ -50,11 +50,13 @@ def one_body(joint, option="", body=BODY):
 
 
 def accelerations(model, problem):
-    """MuJoCo's of this very model, with mocap bodies at its first keyframe, and galvi's, at a state
-    near the start."""
-    system, draw = problem.system, np.random.default_rng(2)
+    """MuJoCo's accelerations of the model, with mocap bodies at its first keyframe, and galvi's, at
+    a state near the start."""
+    system, generator = problem.system, np.random.default_rng(2)
     qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
-    q, v = system.from_mujoco(qpos + 0.1 * draw.normal(size=qpos.size), draw.normal(size=qvel.size))
+    q, v = system.from_mujoco(
+        qpos + 0.1 * generator.normal(size=qpos.size), generator.normal(size=qvel.size)
+    )
     mj_data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, mj_data, 0)
@@ -67,22 +69,23 @@ def accelerations(model, problem):
 
 FIELDS = sorted(
     name
-    for name in dir(compiled())
-    if isinstance(value := getattr(compiled(), name), np.ndarray)
+    for name in dir(model_of())
+    if isinstance(value := getattr(model_of(), name), np.ndarray)
     and value.size
     and value.dtype.kind in "fb"
     and not name.startswith("_")
 )
 OPTIONS = sorted(
     name
-    for name in dir(compiled().opt)
+    for name in dir(model_of().opt)
     if not name.startswith("_")
     and name not in ("disableflags", "enableflags", "cone", "solver", "jacobian", "integrator")
 )
 
 
 def read_or_refused(model):
-    """Galvi refuses the model, or has MuJoCo's accelerations of it, nothing of it disabled."""
+    """The message with which galvi refuses the model, or ""; asserts that a model which is read has
+    MuJoCo's accelerations."""
     try:
         problem = galvi.from_mujoco(model, key=0)
     except ValueError as refused:
@@ -98,7 +101,7 @@ def read_or_refused(model):
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from([*FIELDS, *(f"opt.{name}" for name in OPTIONS)]), st.floats(0.05, 0.5))
 def test_a_number_of_a_model_is_read_harmless_or_refused(name, increment):
-    model = compiled()
+    model = model_of()
     holder = model.opt if name.startswith("opt.") else model
     name = name.removeprefix("opt.")
     values = getattr(holder, name)
@@ -119,15 +122,15 @@ BITS = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "bit"), BITS)
-def test_a_flag_is_read_harmless_or_refused(kind, bit):
-    model = compiled()
-    setattr(model.opt, kind, 1 << bit)
+@pytest.mark.parametrize(("field", "bit"), BITS)
+def test_a_flag_is_read_harmless_or_refused(field, bit):
+    model = model_of()
+    setattr(model.opt, field, 1 << bit)
     refusal = read_or_refused(model)
-    flags = mujoco.mjtDisableBit if kind == "disableflags" else mujoco.mjtEnableBit
+    flags = mujoco.mjtDisableBit if field == "disableflags" else mujoco.mjtEnableBit
     names = {int(value): name for name, value in flags.__members__.items() if "_" in name}
     if 1 << bit not in names:
-        assert f"bits {1 << bit:#x} of {kind}" in refusal
+        assert f"bits {1 << bit:#x} of {field}" in refusal
     else:
         assert ("\n  sleep: " in refusal) is (names[1 << bit] == "mjENBL_SLEEP")
 
@@ -144,14 +147,14 @@ def test_a_flag_is_read_harmless_or_refused(kind, bit):
 def test_a_field_of_a_newer_version_is_refused_by_name(
     monkeypatch, list_of_names, name, description
 ):
-    """Planted: the list without a field that is set."""
-    assert not list(mujoco_model.unknown(compiled()))
+    """Planted: a list lacks a field that the model has."""
+    assert not list(mujoco_model.unknown(model_of()))
     remaining = set(getattr(mujoco_model, list_of_names)) - {name}
     monkeypatch.setattr(mujoco_model, list_of_names, remaining)
     with pytest.raises(
         ValueError, match=rf"what these settings .* to its motion: {description}\. Leave"
     ):
-        galvi.from_mujoco(compiled())
+        galvi.from_mujoco(model_of())
 
 
 def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monkeypatch):
@@ -161,7 +164,7 @@ def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monke
     )
     with pytest.raises(BeyondTrees, match="tendons: some with what galvi does not know"):
         galvi.from_mujoco(text)
-    model = compiled()
+    model = model_of()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
     assert galvi.from_mujoco(model).parameters["dt"] == 0.002
     monkeypatch.setattr(mujoco_model, "FLAGS", ["GRAVITY"])
@@ -170,7 +173,7 @@ def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monke
 
 
 def test_callbacks_of_the_user_are_refused_by_name():
-    model = compiled()
+    model = model_of()
     try:
         mujoco.set_mjcb_passive(lambda model, mj_data: None)
         with pytest.raises(ValueError, match="the callback mjcb_passive"):
@@ -181,7 +184,7 @@ def test_callbacks_of_the_user_are_refused_by_name():
 
 
 def test_sleep_is_named_and_switched_off_where_it_is_ignored():
-    """Asleep, the pendulum of the file stays 4.2e-3 away from where its damping takes it."""
+    """When asleep, the pendulum of the file stops 4.2e-3 from where its damping takes it."""
     text = PLAIN.replace("<option", '<option><flag sleep="enable"/></option><option')
     with pytest.raises(BeyondTrees, match="\n  sleep: slow trees may be put to sleep") as refused:
         galvi.from_mujoco(text)
@@ -223,18 +226,18 @@ BEYOND = {
 }
 
 
-@pytest.mark.parametrize("kind", BEYOND)
-def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
+@pytest.mark.parametrize("name", BEYOND)
+def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(name):
     with pytest.raises(BeyondTrees) as refused:
-        galvi.from_mujoco(BEYOND[kind])
+        galvi.from_mujoco(BEYOND[name])
     names = refused.value.names
-    problem, mujoco_model = reader.read(BEYOND[kind], names)
+    problem, mujoco_model = reader.read(BEYOND[name], names)
     assert set(mujoco_model.differences) == set(names) <= set(PARTS)
     by_mujoco, by_galvi = accelerations(mujoco_model.model, problem)
     assert by_galvi == pytest.approx(by_mujoco, rel=1e-9, abs=1e-9)
-    unreduced, _ = accelerations(compiled(BEYOND[kind]), problem)
-    # what was left out did act; but a plastic spring is one of another kind once it has yielded
-    assert kind == "plastic" or np.max(np.abs(unreduced - by_galvi)) > 1e-4
+    unreduced, _ = accelerations(model_of(BEYOND[name]), problem)
+    # The parts left out do act, except a plastic spring, which acts once it has yielded.
+    assert name == "plastic" or np.max(np.abs(unreduced - by_galvi)) > 1e-4
 
 
 WRAPPED = """<mujoco><option>{}</option><worldbody><site name="a" pos="0 0 1"/>
@@ -265,8 +268,8 @@ def test_a_tendon_may_wrap_around_a_geom_where_it_has_no_force(flag, force, acts
 # ---------------------------------------------------------------- the check by numbers
 
 
-def changed(**fields):
-    """Planted: the links of a tree with these fields changed."""
+def with_changed_links(**fields):
+    """Planted: a reader of links that changes ``fields`` by functions of the link."""
     read_link = reader._link
 
     def wrong(*arguments):
@@ -277,9 +280,11 @@ def changed(**fields):
 
 
 FAULTS = {
-    "a mass off by 1e-6": changed(mass=lambda link: link.mass * (1.0 + 1e-6)),
-    "no damping": changed(joints=lambda link: [replace(j, damping=0.0) for j in link.joints]),
-    "another anchor": changed(
+    "a mass off by 1e-6": with_changed_links(mass=lambda link: link.mass * (1.0 + 1e-6)),
+    "no damping": with_changed_links(
+        joints=lambda link: [replace(j, damping=0.0) for j in link.joints]
+    ),
+    "another anchor": with_changed_links(
         joints=lambda link: [
             j if j.type == "free" else replace(j, anchor=j.anchor + 1e-3) for j in link.joints
         ]
@@ -306,15 +311,15 @@ def test_a_dropped_option_is_caught_by_the_accelerations(monkeypatch):
 
 
 def test_constants_that_are_older_than_the_masses_are_refused_with_the_remedy():
-    model = compiled()
-    model.body_mass[5] = 3.0  # MuJoCo keeps what it knows of a body of its own: dof_M0
+    model = model_of()
+    model.body_mass[5] = 3.0  # MuJoCo keeps the old value in dof_M0
     with pytest.raises(ValueError, match=r"MuJoCo accelerates joint 3 by .* mujoco.mj_setConst"):
         galvi.from_mujoco(model)
     mujoco.mj_setConst(model, mujoco.MjData(model))
     assert galvi.from_mujoco(model).system.links[4].mass == 3.0
 
 
-def off(model, *options):
+def largest_misfit(model, *options):
     problem, loaded = reader.read(model, *options)
     states = mujoco_model.sample_states(problem.system, problem.q0, problem.v0)
     return max(np.max(defect) for defect, _ in mujoco_model.misfits(loaded, problem, states))
@@ -337,9 +342,9 @@ BALANCED = {  # forces cancel, and rounding is all that is left of the accelerat
 }
 
 
-@pytest.mark.parametrize("kind", BALANCED)
-def test_forces_that_cancel_are_not_taken_for_a_misreading(kind):
-    assert off(BALANCED[kind]) < 1e-11
+@pytest.mark.parametrize("name", BALANCED)
+def test_forces_that_cancel_are_not_taken_for_a_misreading(name):
+    assert largest_misfit(BALANCED[name]) < 1e-11
 
 
 @settings(max_examples=30, deadline=None)
@@ -349,14 +354,17 @@ def test_a_body_that_spins_about_a_principal_axis_is_not_taken_for_a_misreading(
     text = one_body("<freejoint/>", WEIGHTLESS, body).replace(
         "<body>", '<body quat=".1 .7 -.3 .4">'
     )
-    assert off(text, (), None, None, [0.0] * 3 + [rate * (j == k) for j in range(3)]) < 1e-11
+    assert (
+        largest_misfit(text, (), None, None, [0.0] * 3 + [rate * (j == k) for j in range(3)])
+        < 1e-11
+    )
 
 
 # ---------------------------------------------------------------- starts, names, actuators
 
 
 def test_a_keyframe_places_mocap_bodies():
-    """Right value: mj_resetDataKeyframe and mj_forward; it was 0."""
+    """The expected value is from mj_resetDataKeyframe and mj_forward; it was read as 0."""
     problem = galvi.from_mujoco(HAND, key=0)
     assert problem.system.acceleration(problem.q0, problem.v0) == pytest.approx(-28.60527, rel=1e-6)
     assert problem.parameters["key"] == 0
@@ -368,7 +376,7 @@ def test_a_keyframe_places_mocap_bodies():
 
 
 def test_an_actuator_after_one_of_several_outputs_is_read():
-    """Right value: MuJoCo's own masses; reading it was an IndexError."""
+    """The expected mass matrix is MuJoCo's; reading the model raised IndexError."""
     problem, mujoco_model = reader.read(SEVERAL, ("contacts", "actuators"))
     assert repr(problem.system) == "Multibody(links=2, velocities=4)"
     hinge = problem.system.links[1].joints[0]
@@ -380,7 +388,7 @@ def test_an_actuator_after_one_of_several_outputs_is_read():
 
 
 def test_the_own_model_is_the_users_but_for_what_is_left_out():
-    model = compiled(SEVERAL)
+    model = model_of(SEVERAL)
     model.opt.integrator, model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_IMPLICIT), 0.007
     before = copy.copy(model)
     _, mujoco_model = reader.read(model, ("contacts", "actuators"))
@@ -389,13 +397,13 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
         "actuators": "the flag actuation disabled",
     }
     bits = mujoco.mjtDisableBit
-    off = int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_ACTUATION)
-    assert mujoco_model.model.opt.disableflags == off and model.opt.disableflags == 0
+    disabled_flags = int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_ACTUATION)
+    assert mujoco_model.model.opt.disableflags == disabled_flags and model.opt.disableflags == 0
     mujoco_model.model.opt.disableflags = 0
     size = mujoco.mj_sizeModel(before)
     saved = [np.empty(size, np.uint8) for _ in range(3)]
-    for one_of_them, to in zip((before, model, mujoco_model.model), saved, strict=True):
-        mujoco.mj_saveModel(one_of_them, None, to)
+    for source, buffer in zip((before, model, mujoco_model.model), saved, strict=True):
+        mujoco.mj_saveModel(source, None, buffer)
     assert np.array_equal(saved[0], saved[1]) and np.array_equal(saved[0], saved[2])
 
 
@@ -465,7 +473,7 @@ def test_an_archive_is_read_and_what_is_no_model_refused(tmp_path):
 
 # ---------------------------------------------------------------- what is no tree, or more
 
-MORE = """<mujoco><option density="1.2"/><worldbody>
+BEYOND_A_TREE = """<mujoco><option density="1.2"/><worldbody>
 <body gravcomp="1"><joint name="one" type="hinge" frictionloss="0.1" limited="true" range="-1 1"
 actuatorfrclimited="true" actuatorfrcrange="-1 1" actuatorgravcomp="true"/>
 <joint name="two" type="slide" stiffness="1 2" springyield="1"/>
@@ -491,14 +499,14 @@ def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
         "nonlinear damping",
     )
     with pytest.raises(BeyondTrees, match="\n  contacts: 1 pair of geoms may meet\n") as refusal:
-        galvi.from_mujoco(MORE)
+        galvi.from_mujoco(BEYOND_A_TREE)
     assert refusal.value.names == names
     assert "\n  nonlinear damping: 3 of a ball or free joint" in str(refusal.value)
     for name in names:
         with pytest.raises(BeyondTrees) as refusal:
-            galvi.from_mujoco(MORE, ignore=[part for part in names if part != name])
+            galvi.from_mujoco(BEYOND_A_TREE, ignore=[part for part in names if part != name])
         assert refusal.value.names == (name,)
-    problem = galvi.from_mujoco(MORE, ignore=names)
+    problem = galvi.from_mujoco(BEYOND_A_TREE, ignore=names)
     assert set(problem.parameters["ignored"]) == set(names) <= set(PARTS)
     assert [joint.stiffness for joint in problem.system.tree.joints] == [0.0, 1.0, 0.0]
 
@@ -506,7 +514,7 @@ def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
 def test_what_a_model_disables_is_not_there():
     flags = " ".join(f'{name}="disable"' for name in ("contact", "limit", "actuation", "equality",
                      "frictionloss", "gravity", "spring", "damper"))  # fmt: skip
-    quiet = MORE.replace("<option", f"<option><flag {flags}/></option><option")
+    quiet = BEYOND_A_TREE.replace("<option", f"<option><flag {flags}/></option><option")
     problem = galvi.from_mujoco(quiet, ignore=("tendons", "fluid"))
     assert problem.system.force is None and not np.any(problem.system.gravity)
     assert not any(joint.stiffness for joint in problem.system.tree.joints)
@@ -534,26 +542,27 @@ def test_names_that_are_not_in_utf_8_are_refused(tmp_path):
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_pairs_of_geoms_are_those_that_touch_in_mujoco_where_all_are_at_one_place(draws):
-    inner, ends, names = "", "", []
+    bodies, closing_tags, names = "", "", []
     for k in range(draws.draw(st.integers(1, 7))):
         joint = draws.draw(st.sampled_from(["<joint/>", "<joint/>", ""]))
         bits = draws.draw(st.tuples(*[st.integers(0, 3)] * 2))
         geom = f'<geom size=".1" contype="{bits[0]}" conaffinity="{bits[1]}"/>'
-        inner += f'<body name="b{k}">{joint}{geom}'
-        ends += "</body>"
+        bodies += f'<body name="b{k}">{joint}{geom}'
+        closing_tags += "</body>"
         names.append(f"b{k}")
         if draws.draw(st.booleans()):
-            inner, ends = inner + ends, ""
+            bodies, closing_tags = bodies + closing_tags, ""
     pair = st.tuples(st.sampled_from(names), st.sampled_from(names))
-    chosen = (
+    excluded = (
         draws.draw(st.sets(pair.filter(lambda both: both[0] < both[1]), max_size=3))
         if (len(names) > 1)
         else set()
     )
-    exclusions = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in chosen)
+    exclusions = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in excluded)
     flag = draws.draw(st.sampled_from(["enable", "disable"]))
-    model = compiled(f"""<mujoco><option><flag filterparent="{flag}"/></option><worldbody>
-        <geom size=".1"/>{inner}{ends}</worldbody><contact>{exclusions}</contact></mujoco>""")
+    model = model_of(f"""<mujoco><option><flag filterparent="{flag}"/></option><worldbody>
+        <geom size=".1"/>{bodies}{closing_tags}</worldbody>
+        <contact>{exclusions}</contact></mujoco>""")
     mj_data = mujoco.MjData(model)
     mujoco.mj_forward(model, mj_data)
     assert _pairs(model) == len({tuple(contact.geom) for contact in mj_data.contact})
@@ -570,5 +579,5 @@ def test_an_inertia_that_a_compiled_model_was_given_is_read(tmp_path):
     method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     run = galvi.integrate(problem, method, 0.1, 2, solver="newton")
     galvi.save(run, tmp_path / "run.npz")
-    again = galvi.load(tmp_path / "run.npz")
-    assert np.array_equal(again.problem.system.links[0].inertia, problem.system.links[0].inertia)
+    loaded = galvi.load(tmp_path / "run.npz")
+    assert np.array_equal(loaded.problem.system.links[0].inertia, problem.system.links[0].inertia)

@@ -1,4 +1,4 @@
-"""Simulations of REBOUND are read whole, or refused by the name of what is not understood."""
+"""Simulations of REBOUND are read completely, or refused by the names of what is not supported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NUMBERS = (ctypes.c_double, ctypes.c_int, ctypes.c_uint, ctypes.c_size_t, ctypes
 
 
 def simulation(active: bool = True) -> Any:
-    """A star, a planet and an asteroid, at t = 3 years."""
+    """A star, a planet and an asteroid, which has a mass if it is not active, at t = 3 years."""
     sim = rebound.Simulation()
     sim.units = ("AU", "yr", "Msun")
     sim.add(m=1.0, name="Sun")
@@ -56,7 +56,7 @@ def test_a_simulation_comes_in_with_all_it_has_and_stays_as_it_was(active: bool)
     sim = simulation(active)
     before = sim.particles[1].x
     problem = galvi.from_rebound(sim)
-    assert not sim.is_synchronized and sim.particles[1].x == before  # as it was
+    assert not sim.is_synchronized and sim.particles[1].x == before
     assert problem.t0 == sim.t and problem.system.G == sim.G
     assert problem.units == "length au, time yr, mass msun"
     assert problem.parameters["bodies"] == ("Sun", "Planet", "2")
@@ -73,13 +73,17 @@ def test_the_run_of_a_simulation_goes_out_with_all_it_has(active: bool) -> None:
     run = galvi.integrate(problem, EIGHT, 0.1, 100)
     truth = IAS15.run(problem, 10.0, {"samples": 1})
     assert np.max(np.abs(run.q[-1] - truth.q[-1])) < 1e-11
-    out = run.to_rebound()
-    assert out.units == sim.units and out.G == sim.G and out.t == run.t[-1]
-    assert [p.name for p in out.particles] == ["Sun", "Planet", None] and out.N_active == 2
-    assert out.energy() == pytest.approx(galvi.energy(run)[-1], rel=1e-14)
-    again = galvi.from_rebound(run.to_rebound(at=7))
-    assert again.t0 == run.t[7] and np.array_equal(again.q0, run.q[7])
-    assert np.array_equal(again.v0, run.v[7])
+    exported = run.to_rebound()
+    assert exported.units == sim.units and exported.G == sim.G and exported.t == run.t[-1]
+    assert [p.name for p in exported.particles] == [
+        "Sun",
+        "Planet",
+        None,
+    ] and exported.N_active == 2
+    assert exported.energy() == pytest.approx(galvi.energy(run)[-1], rel=1e-14)
+    reimported = galvi.from_rebound(run.to_rebound(at=7))
+    assert reimported.t0 == run.t[7] and np.array_equal(reimported.q0, run.q[7])
+    assert np.array_equal(reimported.v0, run.v[7])
 
 
 def test_what_a_simulation_has_comes_back(tmp_path: Any) -> None:
@@ -88,11 +92,13 @@ def test_what_a_simulation_has_comes_back(tmp_path: Any) -> None:
     sim.particles[1].r = 4e-4
     problem = galvi.from_rebound(sim)
     assert problem.parameters["exit_max_distance"] == 50.0
-    back = galvi.integrate(problem, SIX, -0.1, 4).to_rebound(at=0)
-    assert back.integrator.name.decode() == "whfast" and back.dt == -0.07
-    assert back.integrator.corrector == 11 and back.integrator.kernel == "LAZY"
-    assert [p.r for p in back.particles] == [0.0, 4e-4, 0.0] and back.particles[0].name == "Star"
-    assert galvi.from_rebound(back).parameters == {
+    exported = galvi.integrate(problem, SIX, -0.1, 4).to_rebound(at=0)
+    assert exported.integrator.name.decode() == "whfast" and exported.dt == -0.07
+    assert exported.integrator.corrector == 11 and exported.integrator.kernel == "LAZY"
+    assert [p.r for p in exported.particles] == [0.0, 4e-4, 0.0] and exported.particles[
+        0
+    ].name == "Star"
+    assert galvi.from_rebound(exported).parameters == {
         key: value for key, value in problem.parameters.items() if key != "exit_max_distance"
     }
 
@@ -157,9 +163,11 @@ def test_a_heartbeat_and_a_patch_version_do_not_matter(
     path = tmp_path / "run.bin"
     sim.save_to_file(str(path))
     with caplog.at_level(logging.WARNING, logger="galvi"):
-        again, loaded = reader.read(path)
-    assert np.array_equal(again.q0, problem.q0) and loaded.N == 3 and not loaded._heartbeat
-    assert "forces among them are not in it" in again.parameters["functions"]
+        problem_of_file, loaded = reader.read(path)
+    assert (
+        np.array_equal(problem_of_file.q0, problem.q0) and loaded.N == 3 and not loaded._heartbeat
+    )
+    assert "forces among them are not in it" in problem_of_file.parameters["functions"]
     assert "forces among them are not in it" in caplog.text
     older = tmp_path / "older.bin"
     installed = rebound.__version__.encode()
@@ -177,7 +185,7 @@ def test_a_heartbeat_and_a_patch_version_do_not_matter(
 
 
 def sheared(sim: Any) -> None:
-    """A pair in which a place at t = pi is (0.7, -0.6 pi), that of point masses (0.1, 0)."""
+    """The shearing sheet: at t = pi a body is at (0.7, -0.6 pi), and a point mass at (0.1, 0)."""
     sim.integrator, sim.OMEGA = "sei", 1.0
 
 
@@ -186,7 +194,7 @@ def relativistic(sim: Any) -> None:
     sim.integrator.gr_potential = 1
 
 
-def pulling(sim: Any) -> None:
+def with_pulling_test_particles(sim: Any) -> None:
     sim.N_active, sim.testparticle_type, sim.particles[2].m = 2, 1, 1e-6
 
 
@@ -196,14 +204,14 @@ def forced(sim: Any, extras: int = 0) -> None:
     sim.extras = extras
 
 
-def lost(sim: Any) -> None:
+def with_nan_position(sim: Any) -> None:
     sim.particles[1].x = float("nan")
 
 
 REFUSED = {
     r"OMEGA = 1\.0.*the integrator 'sei'": sheared,
     r"whfast512\.gr_potential = 1": relativistic,
-    "test particles that pull": pulling,
+    "test particles that pull": with_pulling_test_particles,
     "additional forces": forced,
     r"additional forces\. Give .*extras=rebx\)\.$": lambda sim: forced(sim, 1),
     r"extras=rebx\)\. Remove softening \(0\.1\) in REBOUND": lambda sim: (
@@ -213,7 +221,7 @@ REFUSED = {
     "collisions": lambda sim: setattr(sim, "collision", "direct"),
     r"softening \(0\.1\)": lambda sim: setattr(sim, "softening", 0.1),
     "variational particles": lambda sim: sim.add_variation(),
-    r"received the position \[nan, .* of particle 1": lost,
+    r"received the position \[nan, .* of particle 1": with_nan_position,
 }
 
 
@@ -257,7 +265,7 @@ SCALARS = [
 
 @pytest.mark.parametrize("name", SCALARS)
 def test_a_number_of_a_simulation_is_read_known_to_change_nothing_or_refused(name: str) -> None:
-    """Read: in the problem; harmless: REBOUND's accelerations are the same with it; else named."""
+    """It is read, or REBOUND's accelerations do not depend on it, or it is named."""
     sim, plain = planets(), planets()
     value = getattr(sim, name)
     setattr(sim, name, type(value)(1 if value != 1 else 0))
@@ -281,7 +289,7 @@ def test_a_number_of_a_simulation_is_read_known_to_change_nothing_or_refused(nam
 
 
 def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Planted: the list without a field that is set."""
+    """Planted: a list lacks a field that the simulation sets."""
     sim = planets(usleep=1.0)
     assert galvi.from_rebound(sim).q0.shape == (3, 3)
     remaining = tuple(field for field in contents.HARMLESS if field != "usleep")
@@ -297,10 +305,10 @@ def test_a_misreading_is_caught_by_the_accelerations(
     contents_of = contents.contents_of
 
     def wrong(sim: Any, extras: bool) -> contents.Contents:
-        particles = contents_of(sim, extras)
+        read_contents = contents_of(sim, extras)
         if fault == "a mass":
-            return particles._replace(masses=particles.masses * [1.0, 1.0 + 1e-6, 1.0])
-        return particles._replace(q=particles.q[[0, 2, 1]])
+            return read_contents._replace(masses=read_contents.masses * [1.0, 1.0 + 1e-6, 1.0])
+        return read_contents._replace(q=read_contents.q[[0, 2, 1]])
 
     monkeypatch.setattr(reader, "contents_of", wrong)
     with pytest.raises(ValueError, match=r"misreads this simulation: REBOUND accelerates .* by"):
@@ -308,7 +316,7 @@ def test_a_misreading_is_caught_by_the_accelerations(
 
 
 def test_an_encounter_in_mercurius_is_read() -> None:
-    """It leaves its own routine of gravity behind, called custom."""
+    """It leaves its routine of gravity behind, called custom."""
     sim = rebound.Simulation()
     sim.add(m=1e-3, x=1.0, vy=1.0)
     sim.add(m=5e-4, x=-0.7, y=1.6, vx=-0.69, vy=-0.30)

@@ -8,8 +8,8 @@ import galvi
 rebound = pytest.importorskip("rebound")
 reboundx = pytest.importorskip("reboundx", reason="REBOUNDx is an extra")
 METHOD = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-C = 100.0
-SET = {
+SPEED_OF_LIGHT = 100.0
+PARAMETERS = {
     "gr": {},
     "gr_full": {},
     "gr_potential": {},
@@ -31,8 +31,8 @@ def simulation(name, mass=1e-6):
     force = rebx.load_force(name)
     rebx.add_force(force)
     if (name.startswith("gr") and "harmonics" not in name) or name == "radiation_forces":
-        force.params["c"] = C
-    for key, value in SET[name].items():
+        force.params["c"] = SPEED_OF_LIGHT
+    for key, value in PARAMETERS[name].items():
         sim.particles[0].params[key] = value
     if name == "radiation_forces":
         sim.particles[2].params["beta"] = 0.05
@@ -42,7 +42,7 @@ def simulation(name, mass=1e-6):
     return sim, rebx
 
 
-@pytest.mark.parametrize("name", SET)
+@pytest.mark.parametrize("name", PARAMETERS)
 def test_a_force_is_read_and_runs_as_in_rebound(name):
     sim, rebx = simulation(name)
     problem = galvi.from_rebound(sim, extras=rebx)
@@ -55,9 +55,11 @@ def test_a_force_is_read_and_runs_as_in_rebound(name):
     sim.integrate(5.0)
     by_rebound = np.array([p.xyz for p in sim.particles])
     effect = np.max(np.abs(run.q[-1] - bare.q[-1]))
-    share = 1e-2 if name in ("gr", "gr_full") else 1e-6  # of c^-4 and the planets' masses
+    relative_tolerance = (
+        1e-2 if name in ("gr", "gr_full") else 1e-6
+    )  # terms of c^-4 and of the planets' masses differ
     assert effect > 1e-7
-    assert np.max(np.abs(run.q[-1] - by_rebound)) < max(share * effect, 1e-11)
+    assert np.max(np.abs(run.q[-1] - by_rebound)) < max(relative_tolerance * effect, 1e-11)
 
 
 def test_what_is_not_known_is_refused_by_name():

@@ -17,7 +17,7 @@ from references.closed_forms.top_motion import FREE_TOP
 
 ORBIT = galvi.problems.kepler(0.6)
 SPRING = galvi.problems.harmonic_oscillator()
-STILL = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), [0.0], [0.0])
+AT_REST = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), [0.0], [0.0])
 ERRORS = (1e-3, 1e-7, 1e-9)
 
 
@@ -27,7 +27,7 @@ def apocentre(e):
 
 
 def recommend(problem, error, duration, **options):
-    """By evaluations, so that every run on one machine finds the same."""
+    """`galvi.recommend` by evaluations, whose choice does not depend on measured times."""
     return galvi.recommend(problem, error, duration, by="evaluations", **options)
 
 
@@ -95,23 +95,23 @@ def test_an_error_below_round_off_is_refused_with_what_can_be_reached():
 
 
 def test_a_start_at_the_apocentre_does_not_mislead():
-    """There steps a hundred times too long look fine."""
+    """At the apocentre steps a hundred times too long look fine."""
     choice = recommend(apocentre(0.9), 1e-6, 8.0 * math.pi)
     assert choice.reached and true_error(apocentre(0.9), choice, KEPLER) <= 1e-6
 
 
-def test_what_does_not_survive_a_second_judgement_gives_way_to_what_does(monkeypatch):
-    """A judge that throws out all but those with half as many steps again as the cheapest."""
-    scan = importlib.import_module("galvi.recommend.scan").Scan
+def test_what_does_not_survive_a_confirmation_gives_way_to_what_does(monkeypatch):
+    """Planted: confirmations reject candidates with up to 1.5 times the steps of the cheapest."""
+    scan_class = importlib.import_module("galvi.recommend.scan").Scan
     half_step_error, cheapest = (
-        scan.half_step_error,
+        scan_class.half_step_error,
         recommend(ORBIT, 1e-6, 30.0, degrees=(8,)).steps,
     )
 
-    def strict(self, candidate):
+    def reject_few_steps(self, candidate):
         return half_step_error(self, candidate) if candidate.steps > 1.5 * cheapest else math.inf
 
-    monkeypatch.setattr(scan, "half_step_error", strict)
+    monkeypatch.setattr(scan_class, "half_step_error", reject_few_steps)
     monkeypatch.setattr(
         importlib.import_module("galvi.recommend.recommend"), "MAX_CONFIRMATIONS", 2
     )
@@ -135,14 +135,18 @@ def test_what_fails_is_kept_with_its_reason():
 
 @pytest.mark.slow(beside="test_extreme_errors_and_durations_get_an_answer")
 def test_the_budget_ends_the_scan():
-    small = recommend(ORBIT, 1e-5, 1e4, budget=6e6)
-    assert small.reached and small.measured < 1e3 and "extrapolated" in small.status
-    assert true_error(ORBIT, small, KEPLER) <= 1e-5
-    none = recommend(ORBIT, 1e-8, 1e6, budget=10)
-    assert not none.reached and none.error == math.inf and none.scanned == ()
-    assert "takes more than the budget, 10." in none.status
-    cut = recommend(ORBIT, 1e-6, 1e3, budget=4e6, measured=1e3)
-    assert "The budget ended before the search for degree" in cut.status
+    small_budget = recommend(ORBIT, 1e-5, 1e4, budget=6e6)
+    assert (
+        small_budget.reached
+        and small_budget.measured < 1e3
+        and "extrapolated" in small_budget.status
+    )
+    assert true_error(ORBIT, small_budget, KEPLER) <= 1e-5
+    no_budget = recommend(ORBIT, 1e-8, 1e6, budget=10)
+    assert not no_budget.reached and no_budget.error == math.inf and no_budget.scanned == ()
+    assert "takes more than the budget, 10." in no_budget.status
+    cut_short = recommend(ORBIT, 1e-6, 1e3, budget=4e6, measured=1e3)
+    assert "The budget ended before the search for degree" in cut_short.status
 
 
 def test_plain_python_functions_get_a_recommendation():
@@ -167,7 +171,7 @@ def test_a_rigid_body_gets_the_exponential_chart_and_its_error(options):
 
 
 def test_what_stands_still_needs_one_step_and_it_is_said_in_words():
-    choice = recommend(STILL, 1e-9, 100.0)
+    choice = recommend(AT_REST, 1e-9, 100.0)
     assert (choice.steps, choice.step, choice.error) == (1, 100.0, 0.0)
     assert str(choice).startswith(
         "Gauss collocation, 4 stages, 1 steps of 100: error 0 after 100, for "
@@ -241,14 +245,18 @@ def test_steps_in_a_clock_keep_the_error_asked_for(error):
 
 @pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
 def test_equal_steps_through_an_encounter_point_to_the_clock_which_needs_fewer():
-    equal = recommend(BURRAU, 1e-5, 5.0)
+    equal_steps = recommend(BURRAU, 1e-5, 5.0)
     clock = recommend(BURRAU, 1e-5, 5.0, clock=galvi.DynamicalTime())
-    assert equal.reached and clock.reached
-    even = galvi.Problem(galvi.NBody([1.0, 1e-3]), [[0.0, 0.0], [1.0, 0.0]], [[0, 0], [0, 1.0]])
-    assert "try clock" not in recommend(even, 1e-5, 9.0).status + clock.status
-    times = int(equal.status.partition("sets all steps, about ")[2].partition(" times as many")[0])
-    assert equal.status.endswith("try clock=galvi.DynamicalTime().") and 10 < times < 100
-    assert clock.evaluations < 0.1 * equal.evaluations  # 0.03 when this was written
+    assert equal_steps.reached and clock.reached
+    circular = galvi.Problem(galvi.NBody([1.0, 1e-3]), [[0.0, 0.0], [1.0, 0.0]], [[0, 0], [0, 1.0]])
+    assert "try clock" not in recommend(circular, 1e-5, 9.0).status + clock.status
+    advised_ratio = int(
+        equal_steps.status.partition("sets all steps, about ")[2].partition(" times as many")[0]
+    )
+    assert (
+        equal_steps.status.endswith("try clock=galvi.DynamicalTime().") and 10 < advised_ratio < 100
+    )
+    assert clock.evaluations < 0.1 * equal_steps.evaluations  # 0.03 when this was written
 
 
 def test_one_body_has_no_pace():
@@ -257,7 +265,7 @@ def test_one_body_has_no_pace():
 
 
 def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):
-    """Planted: places at equal tau compared as if they were at equal times."""
+    """Planted: positions at equal tau are compared as if they were at equal times."""
 
     def error():
         clock = galvi.Sundman(1.0)
@@ -276,8 +284,8 @@ def test_a_length_that_was_guessed_from_a_part_is_not_called_whole(monkeypatch):
     problem = apocentre(0.97)
     assert recommend(problem, 1e-5, 12.0, clock=galvi.Sundman()).measured == pytest.approx(12.0)
     monkeypatch.setattr(scan, "MAX_CLOCK_STEPS", 4)
-    guessed = recommend(problem, 1e-5, 12.0, clock=galvi.Sundman())
-    assert guessed.measured < 11.0 and "whole duration" not in guessed.status
+    partial = recommend(problem, 1e-5, 12.0, clock=galvi.Sundman())
+    assert partial.measured < 11.0 and "whole duration" not in partial.status
 
 
 SERVO = """<mujoco><worldbody><body><joint name="hip" axis="0 1 0" damping=".1"/>
@@ -288,7 +296,7 @@ SERVO = """<mujoco><worldbody><body><joint name="hip" axis="0 1 0" damping=".1"/
 
 @pytest.mark.slow(beside="test_what_fails_is_kept_with_its_reason")
 def test_a_stop_that_no_step_cures_ends_the_search():
-    """With 15,720,798 steps at the end, where only a failure of the step itself was looked for."""
+    """The search once went on to 15,720,798 steps, as it expected failures of steps alone."""
     fast = galvi.from_mujoco(SERVO, ctrl=[0.3]).with_initial_state([0.0], [6.0])
     choice = galvi.recommend(fast, 1e-6, 2.0)
     assert not choice.reached
@@ -308,5 +316,5 @@ def test_a_massless_body_is_scanned_in_a_clock() -> None:
     assert "try clock=galvi.DynamicalTime()" in str(galvi.recommend(problem, 1e-6, 60.0))
     choice = galvi.recommend(problem, 1e-6, 60.0, clock=clock)
     run = galvi.integrate(problem, choice.method, choice.step, duration=60.0)
-    true = galvi.integrate(problem, choice.method, 0.2 * choice.step, duration=60.0)
-    assert choice.reached and np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-6
+    finer = galvi.integrate(problem, choice.method, 0.2 * choice.step, duration=60.0)
+    assert choice.reached and np.max(np.abs(run.q[-1] - finer.q[-1])) < 1e-6

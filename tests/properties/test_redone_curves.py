@@ -1,4 +1,4 @@
-"""Curves of runs that kept none: the same to the bit as those of runs that did."""
+"""Curves of runs that saved none are the same to the bit as those of runs that did."""
 
 import pickle
 
@@ -27,7 +27,7 @@ CASES = {
 def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(loop, "STEPS_BETWEEN_STATES", 64)
     problem, method, h = CASES[name]
-    full, thin, none = (
+    full, thin, without_curves = (
         galvi.integrate(problem, method, h, 200, **options)
         for options in ({}, {"save_every": 70}, {"curves": False})
     )
@@ -35,14 +35,19 @@ def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, tmp_path, monkey
     joints = h * np.array([0, 1, 63, 64, 65, 128, 199, 200])
     times = np.append(joints, h * np.random.default_rng(3).uniform(0.0, 200.0, 12))
     galvi.save(thin, tmp_path / "thin.npz")
-    for run in (thin, galvi.load(tmp_path / "thin.npz"), pickle.loads(pickle.dumps(thin)), none):
+    for run in (
+        thin,
+        galvi.load(tmp_path / "thin.npz"),
+        pickle.loads(pickle.dumps(thin)),
+        without_curves,
+    ):
         assert run.curves is None
         assert np.array_equal(run(times), full(times))
         assert np.array_equal(run.velocity(times), full.velocity(times))
     half = galvi.integrate(problem, method, h, 90)
-    thinned, full_half = (galvi.resume(half, 110, save_every=k) for k in (50, 1))
+    resumed_thin, resumed_full = (galvi.resume(half, 110, save_every=k) for k in (50, 1))
     later = times[times / h > 90.0]
-    assert np.array_equal(thinned(later), full_half(later))
+    assert np.array_equal(resumed_thin(later), resumed_full(later))
 
 
 def test_past_a_failure_there_is_nothing(monkeypatch):
@@ -90,7 +95,7 @@ def push(q, v):
     return -STIFFNESS * v if q[0] < 1e300 else v
 
 
-OF_A_NUMBER = {
+SYSTEMS_WITH_STIFFNESS = {
     "a potential": galvi.Canonical(1.0, spring),
     "its gradient": galvi.Canonical(1.0, spring, pull),
     "a Lagrangian": galvi.Lagrangian(lagrangian, galvi.Rn(1)),
@@ -102,14 +107,16 @@ OF_A_NUMBER = {
 @pytest.mark.parametrize(
     ("name", "clock"),
     [
-        *((name, None) for name in OF_A_NUMBER),
+        *((name, None) for name in SYSTEMS_WITH_STIFFNESS),
         ("a potential", galvi.Clock(lambda q: 1.0 + q[0] ** 2)),
     ],
 )
 def test_a_run_whose_functions_have_changed_is_not_done_again(name, clock, monkeypatch):
-    problem = galvi.Problem(OF_A_NUMBER[name], [1.0], [0.5])
+    problem = galvi.Problem(SYSTEMS_WITH_STIFFNESS[name], [1.0], [0.5])
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=clock)
-    run, with_curves = (galvi.integrate(problem, method, 0.1, 12, curves=k) for k in (False, True))
+    run, with_curves = (
+        galvi.integrate(problem, method, 0.1, 12, curves=curves) for curves in (False, True)
+    )
     assert run.curves is None and np.array_equal(run(0.42), with_curves(0.42))
     monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
     for changed in (run, pickle.loads(pickle.dumps(run)) if clock is None else run):
@@ -125,19 +132,19 @@ def test_what_was_traced_is_kept(monkeypatch):
     traced = galvi.Canonical(1.0, lambda q: 0.5 * STIFFNESS * q @ q)
     problem = galvi.Problem(traced, [1.0], [0.5])
     run, with_curves = (
-        galvi.integrate(problem, gauss(4), 0.1, 12, curves=k) for k in (False, True)
+        galvi.integrate(problem, gauss(4), 0.1, 12, curves=curves) for curves in (False, True)
     )
     monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
     assert run.engine == "lanes" and np.array_equal(run(0.42), with_curves(0.42))
-    changed = galvi.integrate(problem, gauss(4), 0.1, 12)
-    assert abs(changed(0.42) - with_curves(0.42)) > 0.1
+    later_run = galvi.integrate(problem, gauss(4), 0.1, 12)
+    assert abs(later_run(0.42) - with_curves(0.42)) > 0.1
     with pytest.raises(ValueError, match="a number to which they refer has changed"):
         run(0.42)
 
 
 @pytest.mark.slow_cases(but=["planets, steps", "planets, duration"])
 @pytest.mark.parametrize(
-    ("problem", "clock", "end"),
+    ("problem", "clock", "length"),
     [
         (galvi.problems.harmonic_oscillator(), galvi.Clock(lambda q: 1.0 + q @ q), {"steps": 12}),
         (galvi.problems.kepler(0.5), galvi.Sundman(), {"duration": 3.0}),
@@ -146,10 +153,10 @@ def test_what_was_traced_is_kept(monkeypatch):
     ],
     ids=["oscillator", "Kepler", "planets, steps", "planets, duration"],
 )
-def test_a_step_in_a_clock_is_done_again_at_its_own_length(problem, clock, end):
+def test_a_step_in_a_clock_is_done_again_at_its_own_length(problem, clock, length):
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=clock)
     with_curves, thin = (
-        galvi.integrate(problem, method, 0.2, **end, curves=k) for k in (True, False)
+        galvi.integrate(problem, method, 0.2, **length, curves=curves) for curves in (True, False)
     )
     times = np.linspace(problem.t0, with_curves.t[-1], 7)
     assert np.array_equal(thin(times), with_curves(times))
@@ -157,7 +164,7 @@ def test_a_step_in_a_clock_is_done_again_at_its_own_length(problem, clock, end):
 
 
 def test_a_change_that_the_start_does_not_show_is_seen(monkeypatch):
-    """From the origin the force is 0 whatever the stiffness; drag from rest, likewise."""
+    """In the origin the force is 0 whatever the stiffness, and so is the drag at rest."""
     for system, q0, v0 in (
         (galvi.Canonical(1.0, spring, pull), [0.0], [1.0]),
         (galvi.Canonical(1.0, harmonic, force=push), [1.0], [0.0]),

@@ -9,14 +9,14 @@ import galvi
 from galvi.extended_precision import extended_precision
 from galvi.rules import RULES
 
-FEWEST = {galvi.lobatto: 2, galvi.newton_cotes: 2}  # which have two end points
-MOST = {galvi.newton_cotes: 8}
-NUMBERS = (1, 2, 3, 4, 5, 8, 13, 40)
-SIZES = [
+FEWEST_POINTS = {galvi.lobatto: 2, galvi.newton_cotes: 2}  # which have two end points
+MOST_POINTS = {galvi.newton_cotes: 8}
+POINT_COUNTS = (1, 2, 3, 4, 5, 8, 13, 40)
+FAMILIES_AND_POINTS = [
     (family, points)
     for family in RULES
-    for points in NUMBERS
-    if FEWEST.get(family, 1) <= points <= MOST.get(family, max(NUMBERS))
+    for points in POINT_COUNTS
+    if FEWEST_POINTS.get(family, 1) <= points <= MOST_POINTS.get(family, max(POINT_COUNTS))
 ]
 
 
@@ -40,7 +40,7 @@ def assert_degree(rule):
     assert moment_defect(rule, rule.degree + 1) > Decimal("1e-49")
 
 
-@pytest.mark.parametrize(("family", "points"), SIZES)
+@pytest.mark.parametrize(("family", "points"), FAMILIES_AND_POINTS)
 def test_a_rule_is_exact_to_its_degree_and_not_one_further(family, points):
     rule = family(points)
     assert rule.points == points
@@ -60,7 +60,9 @@ def test_radau_from_the_left_is_the_mirror_of_radau(points):
     assert_degree(left)
 
 
-@pytest.mark.parametrize(("family", "points"), [pair for pair in SIZES if pair[1] in (2, 5)])
+@pytest.mark.parametrize(
+    ("family", "points"), [pair for pair in FAMILIES_AND_POINTS if pair[1] in (2, 5)]
+)
 @pytest.mark.parametrize("pieces", [2, 3])
 def test_a_rule_on_pieces_keeps_its_degree_and_has_no_more(family, points, pieces):
     rule = family(points)
@@ -96,7 +98,7 @@ def test_radau_and_newton_cotes_are_those_of_the_textbooks():
 
 
 def test_nine_equidistant_points_do_have_a_negative_weight_and_eight_have_none():
-    for points, sign in ((9, -1), (8, 1)):
+    for points, expected_sign in ((9, -1), (8, 1)):
         powers = np.vander(np.linspace(0, 1, points), increasing=True).T
         weights = np.linalg.solve(powers, 1 / np.arange(1, points + 1))
-        assert np.sign(weights.min()) == sign
+        assert np.sign(weights.min()) == expected_sign

@@ -1,4 +1,4 @@
-"""Bounds of rounding errors: what an operation makes of its arguments' errors, from both sides."""
+"""Bounds of rounding errors: an operation's error from those of its arguments, from both sides."""
 
 import numpy as np
 import pytest
@@ -16,21 +16,21 @@ FUNCTIONS = {
     "inverse": lambda x: 1.0 / x,
     **{name: getattr(np, name) for name in ("tan", "exp", "log", "sqrt", "sinh", "cosh")},
 }
-AT_MOST = {"sin": np.sin, "cos": np.cos, "tanh": np.tanh}  # a slope of 1
+SLOPES_UP_TO_1 = {"sin": np.sin, "cos": np.cos, "tanh": np.tanh}  # bounded by a slope of 1
 
 
 def largest_change(function, x):
-    """Of the value, where each argument is off by its error."""
+    """The largest change of the value where each argument is off by its error."""
     signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * len(x))).reshape(len(x), -1)
-    moved = function(*(x[:, None] + signs * ERRORS[: len(x), None]))
-    return np.max(np.abs(moved - function(*x)))
+    shifted = function(*(x[:, None] + signs * ERRORS[: len(x), None]))
+    return np.max(np.abs(shifted - function(*x)))
 
 
-@pytest.mark.parametrize("kind", [*FUNCTIONS, *AT_MOST])
-def test_an_operation_passes_on_the_errors_of_its_arguments(kind):
-    function = {**FUNCTIONS, **AT_MOST}[kind]
-    x = X if kind in ("+", "-", "*", "atan2", "power") else X[:1]
-    value, error = _operation(kind, x, ERRORS)
-    changed = largest_change(function, x)
-    assert value == function(*x) and error >= changed * (1.0 - 1e-5)
-    assert error <= (1.0 + 1e-5) * (ERRORS[0] if kind in AT_MOST else changed)
+@pytest.mark.parametrize("name", [*FUNCTIONS, *SLOPES_UP_TO_1])
+def test_an_operation_passes_on_the_errors_of_its_arguments(name):
+    function = {**FUNCTIONS, **SLOPES_UP_TO_1}[name]
+    x = X if name in ("+", "-", "*", "atan2", "power") else X[:1]
+    value, error = _operation(name, x, ERRORS)
+    change = largest_change(function, x)
+    assert value == function(*x) and error >= change * (1.0 - 1e-5)
+    assert error <= (1.0 + 1e-5) * (ERRORS[0] if name in SLOPES_UP_TO_1 else change)

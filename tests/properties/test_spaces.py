@@ -16,14 +16,15 @@ from galvi.spaces.polynomials import integrals, legendre
 
 DEGREES = st.integers(1, 64)
 SIZES = (1, 2, 3, 5, 9)
-MADE = [make(n) for make in SPACES for n in SIZES]
-EACH = pytest.mark.parametrize("space", MADE, ids=str)
-SPREAD = np.arange(1, 400) * 0.6180339887498949 % 1.0
+TESTED_SPACES = [make(n) for make in SPACES for n in SIZES]
+each_space = pytest.mark.parametrize("space", TESTED_SPACES, ids=str)
+SAMPLE_TIMES = np.arange(1, 400) * 0.6180339887498949 % 1.0
 
 
-def lacking(space, functions):
-    """How far each column of values at SPREAD is from the nearest function of the space."""
-    basis = space.basis(SPREAD)
+def distances_from_space(space, functions):
+    """The largest distance of each column of ``functions``, values at SAMPLE_TIMES, from its least
+    squares fit in the space."""
+    basis = space.basis(SAMPLE_TIMES)
     gap = basis @ np.linalg.lstsq(basis, functions, rcond=None)[0] - functions
     return np.max(np.abs(gap), axis=0)
 
@@ -39,7 +40,7 @@ def test_every_kind_of_space_that_galvi_exports_is_tested():
     assert len(kinds) >= 6
 
 
-@EACH
+@each_space
 def test_the_first_basis_function_is_one_and_all_others_start_at_zero(space):
     values = space.basis(np.linspace(0, 1, 7))
     assert values.shape == (7, space.dimension)
@@ -47,32 +48,32 @@ def test_the_first_basis_function_is_one_and_all_others_start_at_zero(space):
     assert np.all(values[0, 1:] == 0.0)
 
 
-@EACH
+@each_space
 def test_the_derivative_is_that_of_the_basis(space):
-    t = decimals(SPREAD[:3])
+    t = decimals(SAMPLE_TIMES[:3])
     with extended_precision():
-        small = decimals([2.0**-60])
-        rise = space.basis(t + small) - space.basis(t - small)
-        gap = rise / (2 * small) - space.derivative(t)
-    assert np.max(np.abs(rounded(gap))) < 1e-31  # 5e-34; second order in 2^-60
+        offset = decimals([2.0**-60])
+        difference = space.basis(t + offset) - space.basis(t - offset)
+        errors = difference / (2 * offset) - space.derivative(t)
+    assert np.max(np.abs(rounded(errors))) < 1e-31  # 5e-34; second order in 2^-60
 
 
-@EACH
+@each_space
 def test_a_space_contains_its_degree_and_not_one_further(space):
-    lacks = lacking(space, legendre(2.0 * SPREAD - 1.0, space.degree + 1))
-    assert np.max(lacks[:-1]) < 1e-12  # 3e-14
-    assert lacks[-1] > 1e-6  # 1.6e-5, degree 9 on 3 pieces
+    distances = distances_from_space(space, legendre(2.0 * SAMPLE_TIMES - 1.0, space.degree + 1))
+    assert np.max(distances[:-1]) < 1e-12  # 3e-14
+    assert distances[-1] > 1e-6  # 1.6e-5, degree 9 on 3 pieces
 
 
-@EACH
+@each_space
 def test_floats_and_decimals_give_the_same_functions(space):
     with extended_precision():
-        exact = decimals(SPREAD[:9])
+        exact = decimals(SAMPLE_TIMES[:9])
         values, slopes = space.basis(exact), space.derivative(exact)
-    assert np.allclose(rounded(values), space.basis(SPREAD[:9]), rtol=0, atol=2e-15)  # 1e-16
+    assert np.allclose(rounded(values), space.basis(SAMPLE_TIMES[:9]), rtol=0, atol=2e-15)  # 1e-16
     largest = np.max(np.abs(rounded(slopes)))
     assert np.allclose(
-        rounded(slopes), space.derivative(SPREAD[:9]), rtol=0, atol=1e-14 * largest
+        rounded(slopes), space.derivative(SAMPLE_TIMES[:9]), rtol=0, atol=1e-14 * largest
     )  # 9e-16
 
 

@@ -1,4 +1,4 @@
-"""What a fresh process waits for, what a long run keeps, and that two processes agree."""
+"""Import and first run in a new process, memory of long runs, and agreement of two processes."""
 
 import os
 import subprocess
@@ -10,11 +10,11 @@ import pytest
 from benchmarks.studies import compile_times, start_up
 from benchmarks.studies.start_up import STARTS, started
 
-TRIES = 5  # the first may compile, and a machine that does other things delay half of a process
+TRIES = 5  # the first may compile, and other work on the machine may delay a process
 # In times that numpy takes to import in the same process, as seconds of a busy machine say little:
 # 5.2 to 10.0 and 1.6 to 3.6 in 20 processes each on such a machine when this was written.
-IMPORT, FIRST = 25.0, 12.0
-ALIKE = STARTS[2:4]  # they load as many files as point masses or a law
+LARGEST_IMPORT_RATIO, LARGEST_FIRST_RUN_RATIO = 25.0, 12.0
+SLOW_STARTS = STARTS[2:4]  # they load as many files as point masses or a law
 DIGESTS = """
 import hashlib, galvi
 method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))
@@ -31,7 +31,7 @@ for problem, step, solver in (
 
 @pytest.fixture(scope="module")
 def folder():
-    """The user's functions, compiled by the first process that calls them."""
+    """A folder for the user's functions, which the first process that calls them compiles."""
     with start_up.own_folder() as folder:
         yield folder
 
@@ -42,7 +42,7 @@ def folder():
 @pytest.mark.parametrize(
     "start",
     [
-        pytest.param(start, id=start.label, marks=[pytest.mark.slow] * (start in ALIKE))
+        pytest.param(start, id=start.label, marks=[pytest.mark.slow] * (start in SLOW_STARTS))
         for start in STARTS
     ],
 )
@@ -52,7 +52,7 @@ def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
         times = started(start, folder)
         imports.append(times.imported / times.numpys)
         firsts.append(times.first / times.numpys)
-        if min(imports) < IMPORT and min(firsts) < FIRST:
+        if min(imports) < LARGEST_IMPORT_RATIO and min(firsts) < LARGEST_FIRST_RUN_RATIO:
             return
     pytest.fail(f"in imports of numpy: imports {imports}, first runs {firsts}")
 
@@ -60,7 +60,7 @@ def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
 @pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_a_first_run_that_compiles_would_be_seen(tmp_path):
     times = started(STARTS[2], tmp_path, cache=str(tmp_path / "cache"))
-    assert times.first > 2 * FIRST * times.numpys
+    assert times.first > 2 * LARGEST_FIRST_RUN_RATIO * times.numpys
 
 
 @pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")

@@ -47,7 +47,8 @@ def test_galvi_does_not_import_sympy():
 
 def test_parameters_are_numbers_of_the_system_and_not_of_the_code():
     unit, doubled = (
-        from_sympy(m * u**2 / 2 - k * x**2, x, u, parameters={m: 1.0, k: s}) for s in (1.0, 2)
+        from_sympy(m * u**2 / 2 - k * x**2, x, u, parameters={m: 1.0, k: stiffness})
+        for stiffness in (1.0, 2)
     )
     renamed = from_sympy(c * w**2 / 2 - m * y**2, y, w, parameters={c: 1.0, m: 1.0})
     assert unit.function.source == doubled.function.source
@@ -71,7 +72,7 @@ print("from disk", sum(law.stats.cache_hits.values()))
 
 @pytest.mark.slow(beside="test_parameters_are_numbers_of_the_system_and_not_of_the_code")
 def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
-    def ran(seed):
+    def code_and_cache_hits(seed):
         environment = {**os.environ, "PYTHONHASHSEED": seed}
         command = [sys.executable, "-c", SOURCE]
         completed = subprocess.run(
@@ -79,7 +80,7 @@ def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
         )
         return completed.stdout.rpartition("from disk ")
 
-    first, second = ran("1"), ran("2")
+    first, second = code_and_cache_hits("1"), code_and_cache_hits("2")
     assert first[0] == second[0] and "def law_" in first[0]
     assert int(second[2]) == 1
 
@@ -110,8 +111,8 @@ def test_code_that_was_not_used_for_longest_goes(tmp_path):
         path.touch()
         os.utime(path, (i, i))
     symbolic_code._delete_old_expressions(tmp_path)
-    left = sorted(int(path.name) for path in tmp_path.iterdir())
-    assert left == list(range(3, symbolic_code.MAX_CACHED_EXPRESSIONS + 3))
+    remaining = sorted(int(path.name) for path in tmp_path.iterdir())
+    assert remaining == list(range(3, symbolic_code.MAX_CACHED_EXPRESSIONS + 3))
 
 
 @pytest.mark.parametrize(
@@ -174,7 +175,7 @@ def test_one_that_is_twice_differentiable_across_its_branches_is_taken(V):
 
 
 @pytest.mark.parametrize(
-    ("V", "on", "beside", "t0"),
+    ("V", "on_kink", "beside_kink", "t0"),
     [
         (sympy.Max(0, x - 1) ** 2, (1.0, 0.0), (1.01, 0.0), 0.0),
         (sympy.Abs(x - k), (2.0**-30, 0.0), (1.001 * 2.0**-30, 0.0), 0.0),
@@ -182,10 +183,10 @@ def test_one_that_is_twice_differentiable_across_its_branches_is_taken(V):
         (sympy.Abs(x), (0.0, 1.0), (5e-7, 1.0), 2.4e6),
     ],
 )
-def test_a_start_on_a_kink_is_refused_and_one_beside_it_is_not(V, on, beside, t0):
-    """At a place of any size, whatever the others measure."""
+def test_a_start_on_a_kink_is_refused_and_one_beside_it_is_not(V, on_kink, beside_kink, t0):
+    """The kink may lie at a coordinate of any size, whatever the size of the others."""
     with pytest.warns(UserWarning):
         system = from_sympy((u**2 + w**2) / 2 - V, [x, y], [u, w], parameters={k: 2.0**-30})
     with pytest.raises(ValueError, match=r"not twice differentiable at the start, where .*x"):
-        galvi.integrate(galvi.Problem(system, on, [1.0, 0.0], t0), FOUR, 0.1, 1)
-    assert kinks.check_start(system.function, np.array(beside), np.ones(2), t0) is None
+        galvi.integrate(galvi.Problem(system, on_kink, [1.0, 0.0], t0), FOUR, 0.1, 1)
+    assert kinks.check_start(system.function, np.array(beside_kink), np.ones(2), t0) is None

@@ -1,4 +1,4 @@
-"""What theory says of pairs of a space and a rule: constants in closed form, names, refusals."""
+"""Theory of pairs of a space and a rule: constants in closed form, names, ill-posed pairs."""
 
 import json
 

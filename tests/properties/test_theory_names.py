@@ -88,10 +88,10 @@ def test_the_trapezoid_has_every_name_of_verlets_method(space):
 
 def newmark(beta, gamma, q, v, h):
     """One step for the force -q^3, stiff enough to tell beta (Newmark 1959)."""
-    new = q
+    next_q = q
     for _ in range(200):
-        new = q + h * v - h * h * ((0.5 - beta) * q**3 + beta * new**3)
-    return new, v - h * ((1 - gamma) * q**3 + gamma * new**3)
+        next_q = q + h * v - h * h * ((0.5 - beta) * q**3 + beta * next_q**3)
+    return next_q, v - h * ((1 - gamma) * q**3 + gamma * next_q**3)
 
 
 def test_the_trapezoid_is_newmarks_method_with_beta_0_and_not_with_a_quarter():
@@ -160,15 +160,17 @@ STRETCHED = galvi.Problem(  # L = (1 + q^2) v^2 / 2 - q^2 / 2, of a mass that de
 def verlet_of_a_stretched_mass(q, p, h):
     """Hairer, Lubich, Wanner, VI.3 (3.5), for H = p^2 / (2 (1 + q^2)) + q^2 / 2."""
 
-    def kicked(x):
+    def momentum_equation(x):
         return x - p - 0.5 * h * (x**2 * q / (1 + q**2) ** 2 - q)
 
-    def moved(x):
-        return x - q - 0.5 * h * half * (1 / (1 + q**2) + 1 / (1 + x**2))
+    def position_equation(x):
+        return x - q - 0.5 * h * half_momentum * (1 / (1 + q**2) + 1 / (1 + x**2))
 
-    half = brentq(kicked, -10.0, 10.0, xtol=1e-15)
-    new = brentq(moved, -10.0, 10.0, xtol=1e-15)
-    return new, half + 0.5 * h * (half**2 * new / (1 + new**2) ** 2 - new)
+    half_momentum = brentq(momentum_equation, -10.0, 10.0, xtol=1e-15)
+    next_q = brentq(position_equation, -10.0, 10.0, xtol=1e-15)
+    return next_q, half_momentum + 0.5 * h * (
+        half_momentum**2 * next_q / (1 + next_q**2) ** 2 - next_q
+    )
 
 
 @pytest.mark.parametrize(
@@ -178,8 +180,8 @@ def test_a_method_has_the_name_of_what_it_does_to_every_lagrangian(degree, name)
     """Both are Verlet's method for a constant mass, and only one of them for any."""
     method = galvi.Galerkin(P(degree), galvi.lobatto(2))
     run = galvi.integrate(STRETCHED, method, 0.1, 1)
-    end, momentum = verlet_of_a_stretched_mass(1.0, 2.0, 0.1)
-    same = bool(max(abs(run.q[-1, 0] - end), abs(run.p[-1, 0] - momentum)) < 1e-13)
-    assert same is (degree == 2)
-    assert method.name == name and bool(galvi.theory(method, problem=STRETCHED).name) is same
+    position, momentum = verlet_of_a_stretched_mass(1.0, 2.0, 0.1)
+    is_verlet = bool(max(abs(run.q[-1, 0] - position), abs(run.p[-1, 0] - momentum)) < 1e-13)
+    assert is_verlet is (degree == 2)
+    assert method.name == name and bool(galvi.theory(method, problem=STRETCHED).name) is is_verlet
     assert galvi.theory(method, problem=OSCILLATOR).name == "Stormer-Verlet"

@@ -1,4 +1,4 @@
-"""What theory says of steps: the theorems' bounds, and the stiffness of a problem's force."""
+"""Theory of steps: the bounds of the theorems, and the Lipschitz constant of a problem's force."""
 
 from dataclasses import replace
 
@@ -10,9 +10,9 @@ from galvi.analysis.step_bounds import Z0, lagrange_constants
 from tests.properties.theory_pairs import KEPLER, OSCILLATOR, P, method
 
 
-def radius(method):
+def radius(galerkin):
     """rho(A) of the method's tableau."""
-    return np.max(np.abs(np.linalg.eigvals(method.table.A)))
+    return np.max(np.abs(np.linalg.eigvals(galerkin.table.A)))
 
 
 def test_the_bounds_on_the_step_are_those_of_the_theorems():

@@ -1,4 +1,4 @@
-"""Functions traced on symbols: what they compute, and their derivatives, against complex steps."""
+"""Functions traced on symbols: their values, and their derivatives against complex steps."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STEP = 1e-30  # of complex differences, which have no cancellation
 
 
 def law_and_trace(function: Any, slopes: Any = None, timed: bool = False, q: Any = Q) -> Any:
-    """The law, as a function of (q, v, t), and what was traced."""
+    """The law, as a function of (q, v, t), and the trace that it is from."""
     scales = np.ones(len(q))
     trace = trace_lagrangian(
         function, slopes, Rn(len(q)), q, np.resize(V, len(q)), T, timed, (scales, scales)
@@ -39,12 +39,12 @@ def law_and_trace(function: Any, slopes: Any = None, timed: bool = False, q: Any
 
 
 def by_complex_steps(f: Any, x: Any) -> Any:
-    """The derivatives of f, values in front, by each of x."""
+    """The derivatives of f by the entries of x, along the last axis."""
     return np.stack([np.imag(f(x + STEP * 1j * e)) / STEP for e in np.eye(x.size)], axis=-1)
 
 
 def check(function: Any, q: Any = Q, v: Any = V) -> None:
-    """The law has the derivatives of the function, which also takes complex numbers."""
+    """Asserts that the law has the derivatives of the function, which must take complex numbers."""
     law, _ = law_and_trace(function, q=q)
     forces, momenta, rows = law(list(q), list(v))
     np.testing.assert_allclose(forces, by_complex_steps(lambda x: function(x, v), q), atol=1e-12)
@@ -82,17 +82,17 @@ def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) 
     graph = Graph()
     q, v = graph.variables("q", 2), graph.variables("v", 2)
     (node,) = traced_nodes(function, (q, v), ())
-    by = graph_code.gradient(node, [*q, *v])
-    at = {"q[0]": 0.7, "q[1]": -0.4, "v[0]": 0.3, "v[1]": 0.9}
-    values, errors = values_and_bounds([node, *by], at)
+    derivatives = graph_code.gradient(node, [*q, *v])
+    values_of_symbols = {"q[0]": 0.7, "q[1]": -0.4, "v[0]": 0.3, "v[1]": 0.9}
+    values, errors = values_and_bounds([node, *derivatives], values_of_symbols)
     assume(np.all(np.abs(values) < 1e6))
-    x = np.array(list(at.values()))
+    x = np.array(list(values_of_symbols.values()))
     exact = by_complex_steps(lambda x: function(x[:2], x[2:]), x)
     limit = 1e3 * errors[1:] + 1e-12 * np.max(np.abs(exact))
     assert np.all(np.abs(values[1:] - exact) <= limit + 1e-15), (text, values[1:], exact)
     assert abs(values[0] - function(Q, V)) <= 16.0 * errors[0] + 1e-300
     printed = graph_code.GraphCode()
-    lines, expressions = printed.written([node, *by])
+    lines, expressions = printed.written([node, *derivatives])
     names = {"q": Q, "v": V, "c": printed.constants, "atan2": np.arctan2, **vars(np)}
     exec("\n".join(lines), names)
     code = [eval(expression, names) for expression in expressions]
@@ -103,14 +103,14 @@ M = np.array([[2.0, 0.3], [0.3, 1.0]])
 
 
 @njit
-def bent(x):
+def sine_and_cube(x):
     return np.sin(x) + 0.1 * x**3
 
 
 def arrays(q, v):
-    along = np.zeros(2) + 0.0 * q * v
-    along[0], along[1] = q[0] * v[1], np.sum(v)
-    joined = np.concatenate([q, along])
+    products = np.zeros(2) + 0.0 * q * v
+    products[0], products[1] = q[0] * v[1], np.sum(v)
+    joined = np.concatenate([q, products])
     return 0.5 * v @ M @ v + np.dot(joined, joined) - np.sum(np.cos(q)) + np.outer(v, v).sum()
 
 
@@ -146,7 +146,7 @@ def filled(q, v):
     return copied @ like + unit @ mass @ v + sizes @ q[first]
 
 
-SAME = {
+EQUAL_FUNCTIONS = {
     "new arrays": (
         filled,
         lambda q, v: (
@@ -162,7 +162,7 @@ SAME = {
     "an object": (Spring(3.0), Spring(3.0)),
     "a partial function": (functools.partial(weighted, 2.0), lambda q, v: weighted(2.0, q, v)),
     "a jitted function": (
-        njit(lambda q, v: 0.5 * v @ v - bent(q[0]) * q[1]),
+        njit(lambda q, v: 0.5 * v @ v - sine_and_cube(q[0]) * q[1]),
         lambda q, v: 0.5 * v @ v - (math.sin(q[0]) + 0.1 * q[0] ** 3) * q[1],
     ),
     "functions of math": (
@@ -184,9 +184,9 @@ SAME = {
 }
 
 
-@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize("name", EQUAL_FUNCTIONS)
 def test_a_function_is_traced_however_it_is_written(name: str) -> None:
-    first, second = SAME[name]
+    first, second = EQUAL_FUNCTIONS[name]
     _, trace = law_and_trace(first)
     for q, v in np.random.default_rng(4).uniform(0.2, 0.9, (5, 2, 2)):
         assert trace.lagrangian(q, v) == pytest.approx(second(q, v), rel=1e-14)
@@ -259,15 +259,6 @@ def catching(q: Any, v: Any) -> Any:
         return v @ v
 
 
-@njit
-def frozen(q, v):
-    return 0.5 * v @ v - LENGTHS_OF_NOW[0] * q[0]
-
-
-LENGTHS_OF_NOW = np.array([1.0])
-frozen(Q, V)
-
-
 REFUSED = {
     "a branch": (lambda q, v: v @ v if q[0] > 0.0 else 2.0 * v @ v, "branches"),
     "the larger of two": (lambda q, v: v @ v + max(q[0], q[1]), "branches"),
@@ -306,16 +297,16 @@ def test_an_interrupt_passes_through() -> None:
         law_and_trace(interrupted)
 
 
-def dropped(node: Any) -> Any:
+def without_second_partial(node: Any) -> Any:
     pairs = PARTIALS(node)
     return pairs[:1] if node.kind == "*" else pairs
 
 
-def turned(node: Any, code: Any, power: str) -> str:
+def with_plus_for_minus(node: Any, code: Any, power: str) -> str:
     return FORMULA(node, code, power).replace(" - ", " + ")
 
 
-def without_coupling(momenta: Any, v: Any) -> Any:
+def without_mass_coupling(momenta: Any, v: Any) -> Any:
     entries = MASS(momenta, v)
     entries[1] = 0.0 * entries[1]
     return entries
@@ -327,9 +318,14 @@ PARTIALS, FORMULA, MASS = graph_code.partials, graph_code._formula, traced_lagra
 @pytest.mark.parametrize(
     ("module", "name", "fault", "reason"),
     [
-        (graph_code, "partials", dropped, "its derivatives are not those of the function"),
-        (graph_code, "_formula", turned, "its generated code is wrong"),
-        (traced_lagrangian, "mass", without_coupling, "its derivatives are not those"),
+        (
+            graph_code,
+            "partials",
+            without_second_partial,
+            "its derivatives are not those of the function",
+        ),
+        (graph_code, "_formula", with_plus_for_minus, "its generated code is wrong"),
+        (traced_lagrangian, "mass", without_mass_coupling, "its derivatives are not those"),
     ],
 )
 def test_planted_faults_of_the_tracer_are_caught(
@@ -348,16 +344,18 @@ def test_a_force_and_a_gradient_are_traced_alike() -> None:
         return 1.5 * q @ q + np.cos(q[0] * q[1])
 
     names: dict[str, Any] = {}
-    push = traced_force(force, Rn(2), Q, V, T, True, SCALES)
-    exec(push.lines, names)
-    values = names["force"](list(Q), list(V), T, push.constants)
+    traced_push = traced_force(force, Rn(2), Q, V, T, True, SCALES)
+    exec(traced_push.lines, names)
+    values = names["force"](list(Q), list(V), T, traced_push.constants)
     np.testing.assert_allclose(values, force(Q, V, T), rtol=1e-14)
     exact = by_complex_steps(potential, Q)
     for gradient in (None, lambda q: by_hand(q)):
-        term = traced_gradient(potential, gradient, Q, T, False, SCALES[0])
-        exec(term.lines, names)
-        np.testing.assert_allclose(names["slopes"](Q, T, term.constants), exact, rtol=1e-14)
-        assert term.holds
+        traced_potential = traced_gradient(potential, gradient, Q, T, False, SCALES[0])
+        exec(traced_potential.lines, names)
+        np.testing.assert_allclose(
+            names["slopes"](Q, T, traced_potential.constants), exact, rtol=1e-14
+        )
+        assert traced_potential.holds
     with pytest.raises(Untraceable, match="branches"):
         traced_gradient(potential, lambda q: q if q[0] > 0.0 else -q, Q, T, False, SCALES[0])
 

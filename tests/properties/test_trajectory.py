@@ -1,4 +1,4 @@
-"""Trajectories: curves, frames, invariants, defects."""
+"""Trajectories: curves, tables, invariants, symplecticity and reversibility."""
 
 from dataclasses import replace
 
@@ -112,9 +112,9 @@ def test_the_derivative_of_a_step_is_that_of_differences():
     for unit in np.eye(4):
         ends = []
         for sign in (1, -1):
-            off = sign * size * unit
-            moved = problem.with_initial_state(problem.q0 + off[:2], problem.v0 + off[2:])
-            run = galvi.integrate(moved, EIGHT, h, 1)
+            shift = sign * size * unit
+            shifted = problem.with_initial_state(problem.q0 + shift[:2], problem.v0 + shift[2:])
+            run = galvi.integrate(shifted, EIGHT, h, 1)
             ends.append(np.concatenate([run.q[-1], run.p[-1]]))
         columns.append((ends[0] - ends[1]) / (2 * size))
     assert np.allclose(exact, np.array(columns).T, atol=1e-8)
@@ -124,10 +124,10 @@ def test_a_spoiled_table_is_caught_by_symplecticity_and_round_trip():
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
     A = method.table.A.copy()
     A[0, 2] *= 1.0 + 1e-6
-    spoiled = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
-    spoiled.__dict__["table"] = replace(method.table, A=A)
+    faulty = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    faulty.__dict__["table"] = replace(method.table, A=A)
     problem = galvi.problems.henon_heiles()
     assert galvi.symplecticity_defect(problem, method, 0.3) < 2e-15
-    assert galvi.symplecticity_defect(problem, spoiled, 0.3) > 1e-12
+    assert galvi.symplecticity_defect(problem, faulty, 0.3) > 1e-12
     assert galvi.round_trip_error(problem, method, 0.3, 100) < 1e-12
-    assert galvi.round_trip_error(problem, spoiled, 0.3, 100) > 1e-11
+    assert galvi.round_trip_error(problem, faulty, 0.3, 100) > 1e-11

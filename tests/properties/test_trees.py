@@ -15,11 +15,11 @@ from tests.properties.tree_equations import defects
 mujoco = pytest.importorskip("mujoco")
 
 SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
-SAME = 1e-12  # 2e-14 of 300 trees
+TOLERANCE = 1e-12  # 2e-14 measured over 300 trees
 
 
 def problem_of(xml, seed):
-    """MuJoCo's model, and the problem from a random state."""
+    """MuJoCo's model of the MJCF, and galvi's problem with a random start."""
     model = mujoco.MjModel.from_xml_string(xml)
     problem = galvi.from_mujoco(model)
     return model, problem.with_initial_state(
@@ -28,7 +28,7 @@ def problem_of(xml, seed):
 
 
 def distances_of_mujoco(model, run, h):
-    """The distance of its RK4 from the end of a run, with steps h and h / 2."""
+    """The distances of MuJoCo's RK4 with steps h and h / 2 from the end of a run."""
     system, distances = run.problem.system, []
     for step in (h, 0.5 * h):
         mj_data = mujoco.MjData(model)
@@ -48,13 +48,13 @@ def test_200_random_trees_have_the_accelerations_energies_and_states_of_mujoco(j
     model = mujoco.MjModel.from_xml_string(random_tree(joints, seed))
     system = galvi.from_mujoco(model).system
     qpos, qvel = random_state(model, seed)
-    assert np.max(defects(model, system, qpos, qvel)) < SAME
+    assert np.max(defects(model, system, qpos, qvel)) < TOLERANCE
     q, v = system.from_mujoco(qpos, qvel)
-    back = system.to_mujoco(q, v)
-    np.testing.assert_allclose(back[1], qvel, rtol=0, atol=1e-13)  # 2e-15
-    np.testing.assert_allclose(system.from_mujoco(*back)[0], q, rtol=0, atol=1e-14)
+    returned = system.to_mujoco(q, v)
+    np.testing.assert_allclose(returned[1], qvel, rtol=0, atol=1e-13)  # 2e-15
+    np.testing.assert_allclose(system.from_mujoco(*returned)[0], q, rtol=0, atol=1e-14)
     # one quaternion or its negative
-    np.testing.assert_allclose(np.abs(back[0]), np.abs(qpos), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(np.abs(returned[0]), np.abs(qpos), rtol=0, atol=1e-14)
 
 
 def test_the_armature_and_damping_of_motors_are_those_of_their_joints():
@@ -64,7 +64,7 @@ def test_the_armature_and_damping_of_motors_are_those_of_their_joints():
     with_motor = xml.replace("</mujoco>", f"{motor}</mujoco>").replace(FLAGS, flags)
     model = mujoco.MjModel.from_xml_string(with_motor)
     state = random_state(model, 1)
-    assert np.max(defects(model, galvi.from_mujoco(model).system, *state)) < SAME
+    assert np.max(defects(model, galvi.from_mujoco(model).system, *state)) < TOLERANCE
     assert np.min(defects(model, galvi.from_mujoco(xml).system, *state)[[0, 2]]) > 1e-3
 
 
@@ -89,7 +89,7 @@ def test_a_planted_fault_of_a_tree_is_seen(fault, faulty_rows):
     right = galvi.from_mujoco(model).system
     wrong = galvi.Multibody([fault(link) for link in right.links], right.gravity)
     state = random_state(model, 1)
-    assert np.max(defects(model, right, *state)) < SAME
+    assert np.max(defects(model, right, *state)) < TOLERANCE
     assert np.min(defects(model, wrong, *state)[list(faulty_rows)]) > 1e-5
 
 
@@ -115,8 +115,8 @@ def test_a_motion_is_that_of_mujoco_and_the_same_in_lanes_and_in_the_general_ker
     ]
     assert all(run.success for run in runs)
     np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-12)  # 2e-14
-    coarser, off = distances_of_mujoco(model, runs[0], 4e-4)
-    assert off < 1e-9 and (coarser > 8.0 * off or off < 1e-12)
+    distance_of_coarse, distance = distances_of_mujoco(model, runs[0], 4e-4)
+    assert distance < 1e-9 and (distance_of_coarse > 8.0 * distance or distance < 1e-12)
 
 
 FLOATING = galvi.problems.skew_arm(floating=True)
@@ -162,8 +162,8 @@ def test_the_momenta_and_energies_of_a_tree_are_those_that_mujoco_adds_up(joints
 @pytest.mark.slow_cases("Problem('floating arm', q0 of shape (15,))")
 @pytest.mark.parametrize("problem", [galvi.problems.skew_arm(), FLOATING], ids=str)
 def test_steps_of_a_tree_are_symplectic(problem):
-    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    assert galvi.symplecticity_defect(problem, two, 0.01) < 1e-10  # 2e-12
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    assert galvi.symplecticity_defect(problem, method, 0.01) < 1e-10  # 2e-12
 
 
 def test_a_damped_tree_is_not_symplectic_and_loses_what_its_energy_says():
@@ -173,12 +173,13 @@ def test_a_damped_tree_is_not_symplectic_and_loses_what_its_energy_says():
     nodes, weights = np.polynomial.legendre.leggauss(8)
     times = 0.01 * (np.arange(50)[:, None] + 0.5 + nodes / 2)
     power = 0.1 * np.sum(run.velocity(times.ravel()) ** 2, axis=1).reshape(times.shape)
-    lost = galvi.energy(run)[0] - galvi.energy(run)[-1]
-    assert lost == pytest.approx(float(np.sum(power @ weights) * 0.005), rel=1e-8)
+    energy_loss = galvi.energy(run)[0] - galvi.energy(run)[-1]
+    assert energy_loss == pytest.approx(float(np.sum(power @ weights) * 0.005), rel=1e-8)
 
 
 def energy_errors(seed, damping=0.0):
-    """Largest error of the energy over 100,000 steps, and its drift, of the kinetic energy."""
+    """The largest energy error in 100,000 steps and its drift over all, relative to the largest
+    kinetic energy."""
     kinds = (("hinge",), ("hinge", "slide"), ("ball", "hinge"), ("hinge", "slide", "ball"))[seed]
     _, problem = problem_of(random_tree(3, seed, damping=False, kinds=kinds), seed)
     braked = problem.system.with_numbers(damping=[damping] * len(problem.system.tree.joints))

@@ -1,4 +1,4 @@
-"""Spaces with cosines and sines: what they hold, which rules they need, what they solve exactly."""
+"""Spaces with cosines and sines: their functions, the rules that they need, exact solutions."""
 
 import numpy as np
 import pytest
@@ -19,9 +19,9 @@ def test_the_space_holds_its_cosines_and_sines(degree, harmonics, frequency):
         for wave in (np.cos(k * frequency * T), np.sin(k * frequency * T)):
             fitted = basis @ np.linalg.lstsq(basis, wave, rcond=None)[0]
             assert np.allclose(fitted, wave, rtol=0, atol=2e-13)  # 3e-14
-    between = np.cos((harmonics + 0.5) * frequency * T)
-    fitted = basis @ np.linalg.lstsq(basis, between, rcond=None)[0]
-    assert (np.max(np.abs(fitted - between)) > 1e-3) == (frequency > 1.0)
+    other_wave = np.cos((harmonics + 0.5) * frequency * T)
+    fitted = basis @ np.linalg.lstsq(basis, other_wave, rcond=None)[0]
+    assert (np.max(np.abs(fitted - other_wave)) > 1e-3) == (frequency > 1.0)
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])
@@ -66,15 +66,15 @@ def test_the_gauss_points_that_the_docstring_names_are_enough_and_fewer_are_not(
         galvi.Galerkin(space, galvi.gauss(points - 1))
 
 
-@pytest.mark.parametrize(("turn", "g"), [(0.5, 2.0), (2 * np.pi, 0.0), (15.0, 2.0)])
-def test_an_oscillator_whose_frequency_the_space_holds_is_solved_exactly(turn, g):
-    """Exponentially fitted, with a frequency of ``turn`` radians a step: 15 are over two turns."""
-    w = turn / 0.5
-    waves = galvi.Canonical(
+@pytest.mark.parametrize(("radians_per_step", "g"), [(0.5, 2.0), (2 * np.pi, 0.0), (15.0, 2.0)])
+def test_an_oscillator_whose_frequency_the_space_holds_is_solved_exactly(radians_per_step, g):
+    """15 radians a step are more than two turns."""
+    w = radians_per_step / 0.5
+    system = galvi.Canonical(
         1.0, lambda q: 0.5 * w**2 * q[0] ** 2 - g * q[0], lambda q: w**2 * q - g
     )
-    problem = galvi.Problem(waves, [1.0], [0.5])
-    method = galvi.Galerkin(galvi.PolynomialFourier(1, 1, turn), galvi.gauss(26))
+    problem = galvi.Problem(system, [1.0], [0.5])
+    method = galvi.Galerkin(galvi.PolynomialFourier(1, 1, radians_per_step), galvi.gauss(26))
     run = galvi.integrate(problem, method, 0.5, 40)
     t = np.linspace(0.0, 20.0, 333)
     exact = g / w**2 + (1.0 - g / w**2) * np.cos(w * t) + 0.5 * np.sin(w * t) / w

@@ -27,7 +27,7 @@ def is_written(path: Path) -> bool:
     return path.read_bytes() == TEXT.encode()
 
 
-def names(folder: Path) -> list[str]:
+def names_in(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
@@ -38,7 +38,7 @@ def test_a_new_file_has_the_permissions_of_the_umask(tmp_path: Path, mask: int) 
         write_whole(tmp_path / "a", TEXT)
     finally:
         os.umask(before)
-    assert names(tmp_path) == ["a"] and is_written(tmp_path / "a")
+    assert names_in(tmp_path) == ["a"] and is_written(tmp_path / "a")
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o666 & ~mask
 
 
@@ -55,7 +55,7 @@ def test_a_file_keeps_its_permissions_and_a_reader_its_contents(
     with path.open() as reader:
         write_whole(path, TEXT)
         assert reader.read() == "old"
-    assert names(tmp_path) == ["a"] and is_written(path)
+    assert names_in(tmp_path) == ["a"] and is_written(path)
     assert path.stat().st_mode & 0o7777 == mode
 
 
@@ -78,7 +78,7 @@ def test_a_link_stays_and_what_it_points_to_is_written(tmp_path, is_there) -> No
     (tmp_path / "second").symlink_to("inner/a")
     (tmp_path / "first").symlink_to(tmp_path / "second")
     write_whole(tmp_path / "first", TEXT)
-    assert is_written(inner / "a") and names(inner) == ["a"]
+    assert is_written(inner / "a") and names_in(inner) == ["a"]
     assert (tmp_path / "first").is_symlink() and (tmp_path / "second").is_symlink()
     if is_there:
         assert (inner / "a").stat().st_mode & 0o777 == 0o640
@@ -89,12 +89,12 @@ def test_links_in_a_circle_are_one_error(tmp_path: Path) -> None:
     (tmp_path / "b").symlink_to("a")
     with pytest.raises(OSError, match=r"symbolic links.*a'") as refused:
         write_whole(tmp_path / "a", TEXT)
-    assert refused.value.errno == errno.ELOOP and names(tmp_path) == ["a", "b"]
+    assert refused.value.errno == errno.ELOOP and names_in(tmp_path) == ["a", "b"]
 
 
 @pytest.mark.parametrize("saved", ["text", "a run"])
 def test_a_pipe_is_written_and_stays_a_pipe(saved: str, tmp_path: Path) -> None:
-    """A run is read again from what came out."""
+    """A run is loaded from the bytes that came out of the pipe."""
     path, received = tmp_path / "pipe", tmp_path / "received"
     os.mkfifo(path)
     reader = threading.Thread(target=lambda: received.write_bytes(path.read_bytes()))
@@ -102,11 +102,11 @@ def test_a_pipe_is_written_and_stays_a_pipe(saved: str, tmp_path: Path) -> None:
     if saved == "text":
         write_whole(path, TEXT)
     else:
-        half = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-        run = galvi.integrate(galvi.problems.kepler(), half, 0.1, 3)
+        method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+        run = galvi.integrate(galvi.problems.kepler(), method, 0.1, 3)
         galvi.save(run, path)
     reader.join(30)
-    assert stat.S_ISFIFO(path.stat().st_mode) and names(tmp_path) == ["pipe", "received"]
+    assert stat.S_ISFIFO(path.stat().st_mode) and names_in(tmp_path) == ["pipe", "received"]
     if saved == "text":
         assert is_written(received)
     else:
@@ -115,9 +115,9 @@ def test_a_pipe_is_written_and_stays_a_pipe(saved: str, tmp_path: Path) -> None:
 
 @pytest.fixture
 def device(tmp_path: Path) -> Callable[[str], Path]:
-    """A device by its name in /dev, where root, who might replace it, gets one of its own."""
+    """A function from a name in /dev to the device, or for root, who could replace it, a copy."""
 
-    def named(name: str) -> Path:
+    def device_of(name: str) -> Path:
         path = Path("/dev") / name
         if not path.is_char_device():
             pytest.skip(f"this system has no {path}")
@@ -130,25 +130,25 @@ def device(tmp_path: Path) -> Callable[[str], Path]:
             pytest.skip("a device cannot be made in a temporary folder")
         return tmp_path / name
 
-    return named
+    return device_of
 
 
 def test_a_device_is_written_and_stays_a_device(device, tmp_path: Path) -> None:
     null, full = device("null"), device("full")
     (tmp_path / "link").symlink_to(null)
-    before = names(tmp_path)
+    before = names_in(tmp_path)
     write_whole(null, TEXT)
     write_whole(tmp_path / "link", TEXT)
     with pytest.raises(OSError, match="No space left"):
         write_whole(full, TEXT)
     assert null.is_char_device() and full.is_char_device()
-    assert (tmp_path / "link").is_symlink() and names(tmp_path) == before
+    assert (tmp_path / "link").is_symlink() and names_in(tmp_path) == before
 
 
 def test_a_folder_is_refused_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError, match="a file is expected, and this is a folder: '"):
         write_whole(tmp_path, TEXT)
-    assert names(tmp_path) == []
+    assert names_in(tmp_path) == []
 
 
 @pytest.mark.parametrize("name", ["no/a", "file/a"])
@@ -156,19 +156,19 @@ def test_a_folder_that_is_not_there_is_an_error_that_names_the_file(tmp_path, na
     (tmp_path / "file").touch()
     with pytest.raises(OSError, match=f"{name}'$"):
         write_whole(tmp_path / name, TEXT)
-    assert names(tmp_path) == ["file"]
+    assert names_in(tmp_path) == ["file"]
 
 
 def test_a_write_that_fails_leaves_the_former_file_alone(tmp_path: Path) -> None:
-    def half(stream) -> None:
+    def write_half(stream) -> None:
         stream.write(b"half")
         raise KeyboardInterrupt
 
     for path in (tmp_path / "new", tmp_path / "old"):
         (tmp_path / "old").write_text("old")
         with pytest.raises(KeyboardInterrupt):
-            write_whole(path, half)
-        assert names(tmp_path) == ["old"] and (tmp_path / "old").read_text() == "old"
+            write_whole(path, write_half)
+        assert names_in(tmp_path) == ["old"] and (tmp_path / "old").read_text() == "old"
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/fd/1"), reason="this system has no /dev/fd")
@@ -201,15 +201,22 @@ def test_a_folder_that_cannot_be_written_is_an_error_that_names_the_file(tmp_pat
     (tmp_path / "old").write_text("old")
     tmp_path.chmod(0o555)
     try:
-        before = ("setpriv", *options) if os.geteuid() == 0 else ()
-        call = [*before, sys.executable, "-c", PROGRAM, whole_files.__file__, str(tmp_path / "old")]
-        completed = subprocess.run(call, text=True, capture_output=True, check=True)
+        prefix = ("setpriv", *options) if os.geteuid() == 0 else ()
+        command = [
+            *prefix,
+            sys.executable,
+            "-c",
+            PROGRAM,
+            whole_files.__file__,
+            str(tmp_path / "old"),
+        ]
+        completed = subprocess.run(command, text=True, capture_output=True, check=True)
     finally:
         tmp_path.chmod(0o755)
     assert (
         completed.stdout == f"PermissionError: [Errno 13] Permission denied: '{tmp_path / 'old'}'\n"
     )
-    assert names(tmp_path) == ["old"] and (tmp_path / "old").read_text() == "old"
+    assert names_in(tmp_path) == ["old"] and (tmp_path / "old").read_text() == "old"
 
 
 def test_only_this_process_s_descriptors_are_its_open_files(tmp_path: Path) -> None:

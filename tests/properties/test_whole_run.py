@@ -1,4 +1,4 @@
-"""An error seen over a part is relied on only where the whole run is the same motion."""
+"""An error measured over a part is extrapolated only where the motion stays the same."""
 
 import importlib
 import math
@@ -13,7 +13,7 @@ from tests.properties.test_recommend import ORBIT, apocentre, recommend
 
 
 def hilltop():
-    """q = cosh(t) / 100: an error grows as e^t on any processor, whichever step is chosen."""
+    """A problem with q = cosh(t) / 100: errors grow as e^t, whatever processor and step."""
     system = galvi.Canonical(1.0, lambda q: -0.5 * q[0] ** 2, lambda q: -q)
     return galvi.Problem(system, [0.01], [0.0])
 
@@ -27,7 +27,7 @@ def hilltop():
     "problem1-1000.0-options1-an error is not extrapolated to ",
 )
 @pytest.mark.parametrize(
-    ("problem", "duration", "options", "why"),
+    ("problem", "duration", "options", "reason"),
     [
         (galvi.problems.kepler(0.999), 100.0, {}, "an error is not extrapolated to "),
         (galvi.problems.kepler(0.99), 1000.0, {"budget": 1e6}, "an error is not extrapolated to "),
@@ -45,11 +45,11 @@ def hilltop():
         (ORBIT, 1e4, {"budget": 1e6, "measured": 200.0}, "does not fit into the budget"),
     ],
 )
-def test_an_error_seen_over_too_short_a_part_is_refused(problem, duration, options, why):
+def test_an_error_seen_over_too_short_a_part_is_refused(problem, duration, options, reason):
     choice = recommend(problem, 1e-6, duration, **options)
     assert not choice.reached and choice.error == math.inf
     assert "It was measured over too short a part, the first " in choice.status
-    assert why in choice.status and choice.measured < 0.2 * duration
+    assert reason in choice.status and choice.measured < 0.2 * duration
 
 
 @pytest.mark.slow(beside="test_a_motion_that_changes_later_is_found_out")
@@ -67,8 +67,8 @@ def test_a_force_that_is_lost_later_is_found_out():
     assert not by_time.reached and by_time.error == math.inf
 
 
-def late(potential, gradient):
-    """A body in the plane whose force is another one from x = 8 on, where it arrives at t = 33."""
+def late_force(potential, gradient):
+    """A body in the plane whose force changes at x = 8, where it arrives at t = 33."""
     system = galvi.Canonical(
         1.0,
         lambda q: 0.5 * q[1] ** 2 + (potential(q[0]) if q[0] > 8.0 else 0.0),
@@ -79,15 +79,15 @@ def late(potential, gradient):
 
 @pytest.mark.slow_cases("problem1-later the energy error is")
 @pytest.mark.parametrize(
-    ("problem", "why"),
+    ("problem", "reason"),
     [
-        (late(lambda x: -0.5 * (x - 8.0) ** 2, lambda x: 8.0 - x), "as fast"),
-        (late(lambda x: 0.0, lambda x: -0.02), "later the energy error is"),
+        (late_force(lambda x: -0.5 * (x - 8.0) ** 2, lambda x: 8.0 - x), "as fast"),
+        (late_force(lambda x: 0.0, lambda x: -0.02), "later the energy error is"),
     ],
 )
-def test_a_motion_that_changes_later_is_found_out(problem, why):
+def test_a_motion_that_changes_later_is_found_out(problem, reason):
     choice = recommend(problem, 1e-4, 36.0, measured=24.0, degrees=(6,))
-    assert not choice.reached and why in choice.status
+    assert not choice.reached and reason in choice.status
 
 
 def test_without_the_run_over_the_whole_duration_it_would_be_misled(monkeypatch):
@@ -96,12 +96,12 @@ def test_without_the_run_over_the_whole_duration_it_would_be_misled(monkeypatch)
         "extrapolation_objection",
         lambda *_: "",
     )
-    misled_by = apocentre(0.9)
-    misled = recommend(misled_by, 1e-6, 1000.0, budget=3e5)
-    run = galvi.integrate(misled_by, misled.method, misled.step, misled.steps)
-    end = KEPLER.run(misled_by, 1000.0, {"samples": 1}).q[-1]
+    problem = apocentre(0.9)
+    choice = recommend(problem, 1e-6, 1000.0, budget=3e5)
+    run = galvi.integrate(problem, choice.method, choice.step, choice.steps)
+    end = KEPLER.run(problem, 1000.0, {"samples": 1}).q[-1]
     # 1.7e-5 or 1.7e-3, by the last bits of the runs that are measured
-    assert misled.reached and np.linalg.norm(run.q[-1] - end) > 10.0 * 1e-6
+    assert choice.reached and np.linalg.norm(run.q[-1] - end) > 10.0 * 1e-6
 
 
 def test_turning_points_are_those_of_a_coordinate_that_moves():

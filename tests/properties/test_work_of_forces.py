@@ -1,4 +1,4 @@
-"""Runs with forces are judged: energy less work, damping faster than a step, singular masses."""
+"""Assessment of runs with forces: energy less work, damping faster than a step, singular masses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def method(s: int, rule: Any = None) -> galvi.Galerkin:
 
 
 def damped_hinge(damping: float) -> galvi.Problem:
-    """Moment of inertia 1, without gravity: v' = -damping v."""
+    """A hinge with moment of inertia 1, without gravity: v' = -damping v."""
     joint = galvi.Joint("hinge", axis=(0, 0, 1), damping=damping)
     link = galvi.Link(joint, 1.0, (0, 0, 0), 1.0)
     return galvi.Problem(galvi.Multibody([link], gravity=(0, 0, 0)), [0.0], [1.0])
@@ -36,23 +36,23 @@ def named_step(run: galvi.Trajectory) -> float:
     return float(run.outcome.remedy.partition("a step of ")[2].split()[0])
 
 
-@pytest.mark.parametrize("kind", DAMPED)
+@pytest.mark.parametrize("name", DAMPED)
 @pytest.mark.parametrize("s", [2, 3])
-def test_a_damper_that_gives_energy_ruins_a_run(kind: str, s: int) -> None:
-    """Gauss's rule leaves velocities that damping takes, and Radau's multiplies them."""
+def test_a_damper_that_gives_energy_ruins_a_run(name: str, s: int) -> None:
+    """In long steps Gauss's rule does not damp velocities, and Radau's multiplies them."""
     for rule, end in ((galvi.radau, End.RUINED), (galvi.gauss, End.DOUBTFUL)):
-        run = galvi.integrate(DAMPED[kind](20.0), method(s, rule(s)), 1.0, 40)
+        run = galvi.integrate(DAMPED[name](20.0), method(s, rule(s)), 1.0, 40)
         assert run.outcome.end is end
         assert (np.max(np.abs(galvi.energy(run))) > 10.0) == (end is End.RUINED)
         assert "damped a velocity in 1/20 of a step" in run.outcome.reason
 
 
-@pytest.mark.parametrize("kind", DAMPED)
+@pytest.mark.parametrize("name", DAMPED)
 @pytest.mark.parametrize(("s", "save_every", "step"), [(2, 7, 0.2), (8, 1, -0.2)])
 def test_a_damper_that_a_step_resolves_is_not_named(
-    kind: str, s: int, save_every: int, step: float
+    name: str, s: int, save_every: int, step: float
 ) -> None:
-    run = galvi.integrate(DAMPED[kind](0.5), method(s), step, 300, save_every=save_every)
+    run = galvi.integrate(DAMPED[name](0.5), method(s), step, 300, save_every=save_every)
     assert run.outcome.end is End.COMPLETED
 
 
@@ -71,9 +71,9 @@ def test_a_servo_too_stiff_for_a_step_is_named_with_the_step_that_does(s: int, s
     problem = wrist(2.0)
     run = galvi.integrate(problem, method(s), step, 10)
     assert f"damped a velocity in 1/{step * 5e4:,.0f} of a step" in run.outcome.reason
-    off = float(run.outcome.reason.partition("wrong by about ")[2].split()[0])
+    stated_error = float(run.outcome.reason.partition("wrong by about ")[2].split()[0])
     q, v = run.q[1, 0], problem.system.velocity(run.p[1], run.q[1])[0]
-    assert abs(v - 10.0 * (0.1 - q)) / 2.0 == pytest.approx(off, rel=0.3)
+    assert abs(v - 10.0 * (0.1 - q)) / 2.0 == pytest.approx(stated_error, rel=0.3)
     fine = galvi.integrate(problem, method(s), named_step(run), 200)
     assert fine.outcome.end is End.COMPLETED
     v = problem.system.velocity(fine.p[-1], fine.q[-1])[0]
@@ -115,16 +115,16 @@ def gimbal(damping: float, angle: float, v: Any) -> galvi.Problem:
 def test_gimbal_lock_is_named_with_its_remedy(
     damping: float, angle: float, step: float, steps: int
 ) -> None:
-    """Also from a start beside it, where the energy does not show that the attitude is wrong."""
+    """Also for a start near the lock, where the energy does not show the wrong attitude."""
     run = galvi.integrate(gimbal(damping, angle, [1e-3, 3.0, 0.0]), method(8), step, steps)
     assert run.outcome.end is not End.COMPLETED
     assert "gimbal lock" in run.status and "Use a ball joint" in run.status
-    away = galvi.integrate(gimbal(1e-12, 0.0, [1.0, 0.3, 0.4]), method(8), 0.01, 100)
-    assert away.outcome.end is End.COMPLETED
+    regular = galvi.integrate(gimbal(1e-12, 0.0, [1.0, 0.3, 0.4]), method(8), 0.01, 100)
+    assert regular.outcome.end is End.COMPLETED
 
 
 def test_another_mass_matrix_that_is_nearly_singular_is_no_gimbal_lock() -> None:
-    """A light slide that carries a heavy pendulum, which a smaller step solves."""
+    """A light slide carries a heavy pendulum, which a smaller step solves."""
     slide = """<mujoco><worldbody><body><joint type="slide" axis="1 0 0"/><inertial pos="0 0 0"
     mass="1e-3" diaginertia="1e-6 1e-6 1e-6"/><body><joint axis="0 1 0"/><inertial pos="0 0 -1"
     mass="1" diaginertia="1e-6 1e-6 1e-6"/></body></body></worldbody></mujoco>"""
@@ -144,13 +144,13 @@ SPRINGS = """<mujoco><worldbody><site name="top" pos=".3 0 .2"/><body gravcomp="
 
 
 def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
-    """Range 26 J of 20 J without them; a step that is too long ruins the run."""
+    """Without them the energy would range over 26 J of 20 J."""
     problem = galvi.from_mujoco(SPRINGS.format(0.7)).with_initial_state([0.4, 0.2], [1.0, -0.3])
     run = galvi.integrate(problem, method(8), 0.01, 200)
     energy = galvi.energy(run)
     assert np.ptp(energy) < 1e-12 * abs(energy[0])
-    along = galvi.energy(run, np.linspace(0.0, 2.0, 37))
-    assert np.ptp(along) < 1e-6 * abs(energy[0])
+    energies_between = galvi.energy(run, np.linspace(0.0, 2.0, 37))
+    assert np.ptp(energies_between) < 1e-6 * abs(energy[0])
     assert "the energy changed by" in galvi.integrate(problem, method(2), 0.5, 40).status
 
 
@@ -158,17 +158,17 @@ def test_energies_of_springs_of_tendons_are_mujocos_also_where_they_are_slack() 
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
     mj_data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
-    off, lengths = [], []
+    differences, lengths = [], []
     for q in np.random.default_rng(3).uniform(-3.1, 3.1, (200, 2)):
         mj_data.qpos[:] = q
         mujoco.mj_forward(model, mj_data)
         mujoco.mj_energyPos(model, mj_data)
-        off.append(problem.system.energy(q, 0.0 * q, 0.0) - mj_data.energy[0])
+        differences.append(problem.system.energy(q, 0.0 * q, 0.0) - mj_data.energy[0])
         lengths.append(mj_data.ten_length[1])
-    assert np.ptp(off) < 1e-11 and min(lengths) < 0.3 < 0.6 < max(lengths)
+    assert np.ptp(differences) < 1e-11 and min(lengths) < 0.3 < 0.6 < max(lengths)
 
 
-def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
+def test_a_force_that_raises_in_the_assessment_is_no_crash() -> None:
     calls = [0]
 
     def force(q: Any, v: Any) -> Any:
@@ -183,8 +183,8 @@ def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     for _ in range(2):  # the first one checks the functions
         calls[0] = 0
         galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
-    used, calls[0] = calls[0], 0
-    limit = used - 3
+    needed_calls, calls[0] = calls[0], 0
+    limit = needed_calls - 3
     run = galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
     assert "could not be assessed" in run.status and "no more" in run.status
 
@@ -195,23 +195,23 @@ def test_growth_is_what_a_step_does(s: int, z: float) -> None:
     assert run.p[-1, 0] == pytest.approx(work_of_forces.growth(method(s).table, z), abs=1e-10)
 
 
-def pulse(at: float, width: float = 1.0) -> galvi.Problem:
+def pulse(centre: float, width: float = 1.0) -> galvi.Problem:
     """A free particle, which a short push takes from 1 to 1 + 5 width sqrt(pi)."""
     system = galvi.Canonical(
         1.0,
         lambda q: 0.0 * q[0],
         lambda q: 0.0 * q,
         timed_force=True,
-        force=lambda q, v, t: np.array([5.0 * np.exp(-(((t - at) / width) ** 2))]),
+        force=lambda q, v, t: np.array([5.0 * np.exp(-(((t - centre) / width) ** 2))]),
     )
     return galvi.Problem(system, [0.0], [1.0])
 
 
-@pytest.mark.parametrize(("at", "save_every"), [(137.0, 1), (30.0, 100), (171.3, 100)])
+@pytest.mark.parametrize(("centre", "save_every"), [(137.0, 1), (30.0, 100), (171.3, 100)])
 def test_a_push_between_the_states_that_are_looked_at_is_no_fault(
-    at: float, save_every: int
+    centre: float, save_every: int
 ) -> None:
-    run = galvi.integrate(pulse(at), method(4), 0.1, 2000, save_every=save_every)
+    run = galvi.integrate(pulse(centre), method(4), 0.1, 2000, save_every=save_every)
     assert run.outcome.end is End.COMPLETED
     assert run.p[-1, 0] == pytest.approx(1.0 + 5.0 * np.sqrt(np.pi), abs=1e-8)
 
@@ -229,7 +229,7 @@ def test_a_damped_tree_from_rest_has_no_remark(seed: int, steps: int, save_every
     assert run.outcome.end is End.COMPLETED
 
 
-def vanishing(q: Any, v: Any, t: float) -> Any:
+def vanishing_damper(q: Any, v: Any, t: float) -> Any:
     return np.array([-20.0 * v[0] if t < 5.5 else 0.0])
 
 
@@ -239,7 +239,7 @@ def test_a_run_that_was_ruined_stays_so_after_good_steps() -> None:
         lambda q: 0.0 * q[0],
         lambda q: 0.0 * q,
         timed_force=True,
-        force=vanishing,
+        force=vanishing_damper,
     )
     start = galvi.Problem(system, [0.0], [1.0])
     run = galvi.integrate(start, method(2, galvi.radau(2)), 1.0, 6)
@@ -250,15 +250,15 @@ def test_a_run_that_was_ruined_stays_so_after_good_steps() -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_mirrored_run_is_judged_alike(sign: float) -> None:
-    """Damping, and what drives, for either sign of the step."""
-    for rate, how in ((-50.0, "damped"), (50.0, "increased")):
+def test_the_mirrored_run_is_assessed_alike(sign: float) -> None:
+    """Damping and driving forces, for either sign of the step."""
+    for rate, verb in ((-50.0, "damped"), (50.0, "increased")):
         system = galvi.Canonical(
             1.0, galvi.LinearSpring(1.0), force=lambda q, v, rate=sign * rate: rate * v
         )
         problem = galvi.Problem(system, [0.0], [1e-3])
         run = galvi.integrate(problem, method(2), sign * 0.2, 20)
-        assert f"forces have {how} a velocity in 1/10 of a step" in run.status
+        assert f"forces have {verb} a velocity in 1/10 of a step" in run.status
 
 
 def test_a_single_step_that_multiplies_the_energy_is_ruined() -> None:
@@ -289,7 +289,7 @@ def test_planted_the_work_by_the_rule_itself_sees_nothing(monkeypatch: pytest.Mo
 
 
 def test_a_driven_pendulum_is_right_whatever_its_energy_does() -> None:
-    """From rest, so that all energy is work."""
+    """It starts from rest, so that all of its energy is work."""
     system = galvi.Canonical(
         1.0,
         lambda q: 1.0 - np.cos(q[0]),

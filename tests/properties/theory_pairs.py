@@ -1,4 +1,4 @@
-"""A method and two problems, for the tests of what theory says."""
+"""A method and two problems, for the tests of theory."""
 
 import galvi
 

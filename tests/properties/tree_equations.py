@@ -1,4 +1,4 @@
-"""The equations of motion that a tree's Lagrangian gives, and how far MuJoCo's motion is off them.
+"""The equations of motion of a tree's Lagrangian, and their defects for MuJoCo's accelerations.
 
 M a = ad*_v mu + dL/dq + f - (d mu / dq) q',   the last term by a complex step.
 """
@@ -7,27 +7,27 @@ import numpy as np
 
 from galvi.kernels.trees import tree
 
-STEP = 1e-30
+COMPLEX_STEP = 1e-30
 
 
 def joints_of(system):
-    """Kind, entries and velocities of each joint."""
+    """Yields the type of each joint and the slices of its entries in q and of its velocities."""
     entry = dof = 0
     for joint in system.tree.joints:
-        kind = joint.number
-        ends = entry + tree.ENTRIES[kind], dof + tree.DOFS[kind]
-        yield kind, slice(entry, ends[0]), slice(dof, ends[1])
+        joint_type = joint.number
+        ends = entry + tree.ENTRIES[joint_type], dof + tree.DOFS[joint_type]
+        yield joint_type, slice(entry, ends[0]), slice(dof, ends[1])
         entry, dof = ends
 
 
-def rates(system, q, v):
-    """q' of the entries."""
+def entry_rates(system, q, v):
+    """The time derivatives of the entries of q."""
     flat, derivative = q.ravel(), np.empty(q.size)
-    for kind, entries, dofs in joints_of(system):
-        straight = entries.stop - entries.start - 9 * (kind > tree.SLIDE)
+    for joint_type, entries, dofs in joints_of(system):
+        straight = entries.stop - entries.start - 9 * (joint_type > tree.SLIDE)
         first, dof = entries.start, dofs.start
         derivative[first : first + straight] = v[dof : dof + straight]
-        if kind > tree.SLIDE:
+        if joint_type > tree.SLIDE:
             first, w = first + straight, v[dofs.stop - 3 : dofs.stop]
             R = flat[first : first + 9].reshape(3, 3)
             derivative[first : first + 9] = np.cross(w, -R).ravel()  # R hat(w)
@@ -35,25 +35,29 @@ def rates(system, q, v):
 
 
 def terms(system, q, v):
-    """The terms of the right-hand side, rows."""
+    """The four terms of the right-hand side, (4, velocities)."""
     d, numbers = v.size, system.tree.numbers.tolist()
-    momenta, left = system.tree.left_slopes(q, v)
-    moving = list(q.ravel() + 1j * STEP * rates(system, q, v))
-    work, unused, change = [0.0] * (tree.STRIDE * (int(numbers[0]) + 1)), [0.0] * d, [0.0] * d
+    momenta, left_slopes = system.tree.left_slopes(q, v)
+    moving = list(q.ravel() + 1j * COMPLEX_STEP * entry_rates(system, q, v))
+    work, unused_momenta, change = (
+        [0.0] * (tree.STRIDE * (int(numbers[0]) + 1)),
+        [0.0] * d,
+        [0.0] * d,
+    )
     tree.outward(numbers, moving, list(v.astype(complex)), work)
-    tree.inward(numbers, list(v.astype(complex)), work, unused, change)
-    turning = np.zeros(d)
-    for kind, _, dofs in joints_of(system):
-        if kind > tree.SLIDE:
-            turns = slice(dofs.stop - 3, dofs.stop)
-            turning[turns] = np.cross(momenta[turns], v[turns])
+    tree.inward(numbers, list(v.astype(complex)), work, unused_momenta, change)
+    gyroscopic = np.zeros(d)
+    for joint_type, _, dofs in joints_of(system):
+        if joint_type > tree.SLIDE:
+            rotation = slice(dofs.stop - 3, dofs.stop)
+            gyroscopic[rotation] = np.cross(momenta[rotation], v[rotation])
     force = np.zeros(d) if system.force is None else system.force(q, v, 0.0)
-    return np.stack([turning, left, force, -np.imag(change) / STEP])
+    return np.stack([gyroscopic, left_slopes, force, -np.imag(change) / COMPLEX_STEP])
 
 
 def defects(model, system, qpos, qvel):
-    """Errors of MuJoCo's acceleration and of both energies at one state: |M a - tau| over |tau| and
-    over the sum of its terms' sizes, and those of the energies over their sizes."""
+    """Four relative errors at one state: |M a - tau| for MuJoCo's acceleration a, over |tau| and
+    over the sum of the sizes of its terms; and those of the kinetic and the potential energy."""
     import mujoco
 
     mj_data = mujoco.MjData(model)
@@ -65,12 +69,12 @@ def defects(model, system, qpos, qvel):
     mass, potential = system.tree.mass_and_potential(q)
     force_terms = terms(system, q, v)
     tau = force_terms.sum(axis=0)
-    off = np.linalg.norm(mass @ mj_data.qacc - tau)
+    force_error = np.linalg.norm(mass @ mj_data.qacc - tau)
     size = np.abs(mj_data.xipos @ model.opt.gravity) @ model.body_mass + abs(mj_data.energy[0])
     return np.array(
         [
-            off / max(np.linalg.norm(tau), 1e-300),
-            off / max(np.linalg.norm(force_terms, axis=1).sum(), 1e-300),
+            force_error / max(np.linalg.norm(tau), 1e-300),
+            force_error / max(np.linalg.norm(force_terms, axis=1).sum(), 1e-300),
             abs(0.5 * v @ mass @ v - mj_data.energy[1]) / mj_data.energy[1],
             abs(potential - mj_data.energy[0]) / max(size, 1e-300),
         ]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
-from tests.properties.group_bodies import FOUR, MOMENTS, SO3, bent, kinetic, start
+from tests.properties.group_bodies import FOUR, MOMENTS, SO3, kinetic, nonlinear_potential, start
 
 RN = galvi.Rn(1)
 
@@ -39,7 +39,9 @@ PROBLEMS = {
         galvi.RigidBody(MOMENTS, within(0.9, 2.0, lambda R: -R[2, 2]))
     ),
     "gradient of a body": lambda: from_identity(
-        galvi.RigidBody(MOMENTS, bent, within(0.9, 2.0, lambda R: 0.0 * R), check=False)
+        galvi.RigidBody(
+            MOMENTS, nonlinear_potential, within(0.9, 2.0, lambda R: 0.0 * R), check=False
+        )
     ),
     "Lagrangian on a group": lambda: from_identity(
         galvi.Lagrangian(within(0.9, 2.0, lambda R, v: 0.5 * np.sum(v**2)), SO3)
@@ -65,7 +67,7 @@ def test_nan_from_a_users_function_during_the_run_is_a_failure(which):
         return np.concatenate((v, (0.0 if R[0, 0] > 0.5 else np.nan) * R.ravel()))
 
     system = (
-        galvi.RigidBody((1.0, 1.0, 1.0), bent, gradient, check=False)
+        galvi.RigidBody((1.0, 1.0, 1.0), nonlinear_potential, gradient, check=False)
         if which == "gradient"
         else galvi.Lagrangian(kinetic, SO3, slopes)
     )

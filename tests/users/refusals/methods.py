@@ -9,7 +9,7 @@ import numpy as np
 import galvi
 from galvi.rules import RULES as FAMILIES
 from galvi.spaces.piecewise import PiecewisePolynomials
-from tests.properties.own_spaces import Bernstein, Changeable, Even, Nameless, Sines
+from tests.properties.own_spaces import Bernstein, Even, Sines, Unhashable, WithoutDegree
 from tests.properties.theory_pairs import KEPLER, method
 
 EITHER_ERROR = ValueError, TypeError
@@ -127,8 +127,8 @@ SPACES = (
         broken_space(exact=True),
     ),
     (ValueError, r"it lacks one of degree 1, by .* Say degree = 0", pair(Even())),
-    (TypeError, r"a space must have dimension, .* lacks degree", pair(Nameless())),
-    (TypeError, r"a space must be hashable, .* Make it a frozen dataclass", pair(Changeable())),
+    (TypeError, r"a space must have dimension, .* lacks degree", pair(WithoutDegree())),
+    (TypeError, r"a space must be hashable, .* Make it a frozen dataclass", pair(Unhashable())),
     (ValueError, "is inconsistent" + ON_PIECES, pair(PIECES, galvi.gauss(8))),
     (ValueError, "is ill-posed" + ON_PIECES, pair(PIECES, galvi.composite(galvi.gauss(1), 3))),
     (ValueError, "a degree for each of the 2 components; received 3", by_component(4, 4, 4)),
@@ -179,7 +179,7 @@ PAIRS = (
     (TypeError, r"space must be a space such as galvi.Polynomials", pair(5)),
     (TypeError, r"rule must be a rule such as galvi.gauss", pair(galvi.Polynomials(3), None)),
     (TypeError, r"theory is of a method such as galvi.Galerkin\(.* received 5\.", theory(5)),
-    (TypeError, "a space must have dimension", theory(Nameless(), galvi.gauss(3))),
+    (TypeError, "a space must have dimension", theory(WithoutDegree(), galvi.gauss(3))),
     (TypeError, r"needs a rule such as galvi.gauss\(8\); received None", theory(DEGREE_THREE[0])),
     (TypeError, "a method has its own rule", theory(method(), galvi.gauss(3))),
     (TypeError, r"problem must be a galvi.Problem .* received 7", theory(*DEGREE_THREE, 7)),
