@@ -398,7 +398,9 @@ def test_a_thruster_on_the_world_pushes_nothing():
 def test_a_gain_that_is_misread_is_caught_where_controls_are_0(monkeypatch):
     laws = mujoco_forces._gain_and_bias
     monkeypatch.setattr(
-        mujoco_forces, "_gain_and_bias", lambda mujoco_model, k: ((2.0, 0.0, 0.0), laws(mujoco_model, k)[1])
+        mujoco_forces,
+        "_gain_and_bias",
+        lambda mujoco_model, k: ((2.0, 0.0, 0.0), laws(mujoco_model, k)[1]),
     )
     with pytest.raises(ValueError, match="misreads this model"):
         arm()
