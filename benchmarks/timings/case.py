@@ -1,4 +1,4 @@
-"""A run to be timed, as plain data, so that a process with another revision can run it too."""
+"""A run to be compared, as plain data, so that a process with another revision can run it too."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 STEP, TRAJECTORY, ROUND_OFF, LONG = "step", "trajectory", "round-off", "long"
 UNTIMED = (ROUND_OFF, LONG)
 DISCRETISATION_TOLERANCE, ROUNDING_TOLERANCE = 0.01, 3.0  # tolerances for an error, see Case
-LEAST_ERROR = 1e-13  # of a motion of size 1; smaller errors are rounding
+ROUNDING_GROWTH = 1e-13  # tolerated absolute growth of an error, of a motion of size 1
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Thresholds:
     Attributes
     ----------
     slower
-        relative growth of a median time; half of it for all benchmarks together
+        relative growth of a median time; for several benchmarks together half of it
     less_accurate
         relative growth of an error
     """
@@ -30,7 +30,9 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class Case:
-    """A run of galvi, or of another integrator, that is timed, counted and compared with the truth.
+    """A run of galvi, or of another integrator, that is counted and compared with the truth.
+
+    It is timed unless its kind is in UNTIMED.
 
     Attributes
     ----------
@@ -39,7 +41,6 @@ class Case:
     kind
         STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding dominates the
         error, given as RMS over several starts; LONG: one run of many steps, whose end is compared
-        and whose time is not
     problem, arguments
         name of a function in galvi.problems, and its arguments
     degree
@@ -49,22 +50,22 @@ class Case:
     chart
         name of a chart class of galvi, on groups or a frame, "" for the default
     step, steps
-        step size and number of steps; only the ends are kept
+        step size, in the problem's unit of time, and number of steps; only the ends are kept
     truth
         name of a reference; "" if there is none
     truth_tolerance
         tolerance of the reference; 0.0 for its default
     starts
-        number of runs, from configurations that differ by about 1e-3
+        number of runs, from configurations that differ by about 1e-3, relatively
     quick
         whether it belongs to the quick benchmarks and comparisons
     error_tolerance
-        tolerated relative growth of the error: small for discretisation errors, a factor for
+        tolerated relative growth of the error: 0.01 for discretisation errors; 3.0, fourfold, for
         rounding errors
     rounding
-        growth of an error up to this is rounding, of the run or the truth, and no alarm
+        absolute growth of an error that is tolerated besides, as rounding of the run or the truth
     count_tolerance
-        the same for each count; 0, since counts are exact on one build and machine
+        tolerated relative growth of each count; 0, since counts are exact on one build and machine
     slower
         relative growth of the median time required for an alarm besides the rank test
     contender
@@ -72,6 +73,8 @@ class Case:
         galvi's method; see `benchmarks.applications.external.integrator`
     defined_at
         file, from the root of the repository, and line of that class; "" and 0 where not known
+    setting
+        setting of the contender, see `references.contender`; empty for galvi
     """
 
     name: str
@@ -89,7 +92,7 @@ class Case:
     quick: bool = False
     truth_tolerance: float = 0.0
     error_tolerance: float = DISCRETISATION_TOLERANCE
-    rounding: float = LEAST_ERROR
+    rounding: float = ROUNDING_GROWTH
     count_tolerance: float = 0.0
     slower: float = Thresholds.slower
     contender: str = ""

@@ -1,5 +1,5 @@
-"""Charts of Lie groups, Cayley's, the exponential, and modified Rodrigues parameters: their maps,
-with inverse and derivative, between elements and coordinates."""
+"""Charts of Lie groups (Cayley, exponential, modified Rodrigues): the map from coordinates to group
+elements, its inverse and its derivative. H is Hall's dissertation (2013)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from galvi.kernels.lie.product import GROUPS
 
 
 class Chart(Hashable, Protocol):
-    """A map Phi from the algebra to the group with Phi(0) = 1 and derivative 1 there (H 3.2.2)."""
+    """A map Phi from the algebra to the group with Phi(0) = 1 and derivative 1 there (H 3.2.2).
+
+    `place`, `tangent` and `coordinates` evaluate it.
+    """
 
     @property
     def name(self) -> str:
@@ -55,8 +58,8 @@ class MovingChart(Hashable, Protocol):
 class Cayley:
     """``Phi(xi) = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2)``, ``|xi| = 2 tan(angle / 2)`` (H 3.4.2).
 
-    Rational and therefore the fastest chart; a step must rotate by less than pi, half a turn. H's
-    xi is half of galvi's, with the opposite sign.
+    Rational, and the cheapest of the three; a step must rotate by less than 0.995 pi. H's xi is
+    half of galvi's, with the opposite sign.
 
     Examples
     --------
@@ -73,8 +76,8 @@ class Cayley:
 
 @dataclass(frozen=True)
 class Exponential:
-    """``Phi(xi) = exp(hat(xi))``, ``|xi| = angle``; a step must rotate by less than 2 pi (claim
-    L14).
+    """``Phi(xi) = exp(hat(xi))``, ``|xi| = angle``; a step must rotate by less than 1.99 pi
+    (claim L14).
 
     Examples
     --------
@@ -94,7 +97,7 @@ class ModifiedRodrigues:
     """The Cayley transform squared, Phi(xi) = ((I - hat(xi) / 4)^-1 (I + hat(xi) / 4))^2.
 
     ``|xi| = 4 tan(angle / 4)``. Rational, like the Cayley chart; a step must rotate by less than
-    2 pi. The modified Rodrigues parameters are xi / 4 (Schaub and Junkins, J. Astronautical
+    1.99 pi. The modified Rodrigues parameters are xi / 4 (Schaub and Junkins, J. Astronautical
     Sciences 44 (1996) 1).
 
     Examples
@@ -111,7 +114,7 @@ class ModifiedRodrigues:
 
 
 def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
-    """g Phi(xi), for g (..., *group.shape) and xi (..., d) with the same leading axes."""
+    """g Phi(xi), for xi (..., d), and g (..., *group.shape) with its axes or one element."""
     xi = np.asarray(xi, dtype=np.float64)
     rows = xi.reshape(-1, group.dimension).copy()
     out = np.empty((len(rows), _entries(group)))
@@ -128,13 +131,13 @@ def tangent(chart: Chart, group: Group, xi: Any) -> Array:
     return np.swapaxes(out, 1, 2).reshape(*xi.shape, d)
 
 
-def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
-    """xi (..., d) with k = g Phi(xi), for elements k (..., *group.shape), and g of the same shape
-    or one element."""
-    lead = np.shape(k)[: np.ndim(k) - len(group.shape)]
+def coordinates(chart: Chart, group: Group, g: Any, target: Any) -> Array:
+    """xi (..., d) with target = g Phi(xi), for elements ``target`` (..., *group.shape), and g of
+    the same shape or one element."""
+    lead = np.shape(target)[: np.ndim(target) - len(group.shape)]
     shape = (int(np.prod(lead)), _entries(group))
     out = np.empty((shape[0], group.dimension))
-    _coordinates_all(group.layout, chart.number, _flat(g, shape), _flat(k, shape), out)
+    _coordinates_all(group.layout, chart.number, _flat(g, shape), _flat(target, shape), out)
     return out.reshape(*lead, group.dimension)
 
 
@@ -161,54 +164,57 @@ def _tangent_all(layout, chart, xi, units, out):  # type: ignore[no-untyped-def]
 
 
 @jit
-def _coordinates_all(layout, chart, g, k, out):  # type: ignore[no-untyped-def]
+def _coordinates_all(layout, chart, g, targets, out):  # type: ignore[no-untyped-def]
     for row in range(out.shape[0]):
-        product.coordinates(layout, chart, g[row], k[row], out[row])
+        product.coordinates(layout, chart, g[row], targets[row], out[row])
 
 
 def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
-    """Coordinates (k, d) of a path from 0, with their rotations made continuous.
+    """A copy of the coordinates xi (n, d) of a path from 0, with their rotations made continuous.
 
-    A rotation by an angle about an axis is also one by angle - 2 pi m; the m nearest to the
-    coordinates before is taken, and the translation of a rigid motion is changed to match. The
-    rotation must stay below the chart's limit, except in the exponential chart, whose map extends
-    beyond it.
+    A rotation by an angle about an axis is also one by angle + 2 pi m: m is chosen so that the
+    rotation is nearest to that of the row before, and the translation of a rigid motion is changed
+    to match. A row after a row of zeros is left. The rotation must stay below the chart's limit,
+    except in the exponential chart, whose map extends beyond it.
     """
     path, start = xi.copy(), 0
-    for number, d, _, rotations in group.layout:
+    for group_number, d, _, rotation_size in group.layout:
         factor = path[:, start : start + d]
-        for k in range(_first_change(chart, factor[:, :rotations]), len(path)):
-            w = _nearest_to(chart, factor[k - 1, :rotations], factor[k, :rotations])
+        for row in range(_first_change(chart, factor[:, :rotation_size]), len(path)):
+            w = _unwrapped_row(chart, factor[row - 1, :rotation_size], factor[row, :rotation_size])
             if w is not None:
-                GROUPS[number].with_rotation(chart.number, factor[k].copy(), w, factor[k])
+                GROUPS[group_number].with_rotation(chart.number, factor[row].copy(), w, factor[row])
         start += d
     return path
 
 
 def _first_change(chart: Chart, w: Array) -> int:
-    """The index of the first row of w (k, 3 or 1) that `_nearest_to` may change; k where it changes
-    none, or w has no columns.
+    """The index of the first row of w (n, 3 or 1) that `_unwrapped_row` may change; n where it
+    changes none, or w has no columns.
 
-    Most paths need no change, and testing whole arrays is ten times as fast as a loop.
+    Most paths need no change, and testing most rows at once is ten times as fast as a loop.
     """
     if w.shape[1] == 0:
         return len(w)
-    size = np.linalg.norm(w, axis=1)
-    angle = np.array([angle_of(chart.number, x) for x in size.tolist()])
-    previous, current = size[:-1], size[1:]
+    norm = np.linalg.norm(w, axis=1)
+    angle = np.array([angle_of(chart.number, x) for x in norm.tolist()])
+    previous, current = norm[:-1], norm[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = np.where(current > 0.0, np.sum(w[:-1] * w[1:], axis=1) / (previous * current), 1.0)
         changed = (np.round((angle[:-1] * cosine - angle[1:]) / TWO_PI) != 0.0) & (previous > 0.0)
     return 1 + int(np.argmax(changed)) if np.any(changed) else len(w)
 
 
-def _nearest_to(chart: Chart, previous: Array, current: Array) -> Array | None:
-    """The coordinates nearest to ``previous`` of the rotation with the coordinates ``current``;
-    None where these are nearest already."""
-    size, previous_size = float(np.linalg.norm(current)), float(np.linalg.norm(previous))
-    if previous_size == 0.0:
+def _unwrapped_row(chart: Chart, previous: Array, current: Array) -> Array | None:
+    """The coordinates (3,) or (1,), nearest to ``previous``, of the rotation ``current``.
+
+    None where ``current`` is the nearest already, and where ``previous`` is 0.
+    """
+    norm, previous_norm = float(np.linalg.norm(current)), float(np.linalg.norm(previous))
+    if previous_norm == 0.0:
         return None
-    axis = current / size if size > 0.0 else previous / previous_size
-    angle, before = (angle_of(chart.number, x) for x in (size, previous_size))
-    turns = round((before / previous_size * float(previous @ axis) - angle) / TWO_PI)
+    axis = current / norm if norm > 0.0 else previous / previous_norm
+    angle, previous_angle = (angle_of(chart.number, x) for x in (norm, previous_norm))
+    along = previous_angle / previous_norm * float(previous @ axis)
+    turns = round((along - angle) / TWO_PI)
     return coordinate_of(chart.number, angle + turns * TWO_PI) * axis if turns else None

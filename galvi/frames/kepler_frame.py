@@ -32,7 +32,7 @@ from galvi.kernels.forces.celestial import SOURCE, TARGET, WEIGHT, pulls
 from galvi.lanes.frames import kepler_functions
 from galvi.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.lanes.frames.hierarchy import rows_of_hierarchy
-from galvi.lanes.frames.kepler import rows_of_planets
+from galvi.lanes.frames.kepler import work_rows_per_planet
 from galvi.lanes.frames.kepler_drift import LARGEST_ANOMALY_CHANGE
 from galvi.lanes.frames.kepler_motion import ARGUMENT_HALVINGS, LEAST_DISTANCE_RATIO
 from galvi.lanes.vectors import LANES
@@ -378,7 +378,7 @@ def _pair_numbers(hierarchy: Hierarchy) -> list[Array]:
     return [first_share, *hierarchy.pairs.T.astype(float)]
 
 
-PLANETS = FrameFunctions(kepler_functions.PLANETS, rows_of_planets, _planet_numbers)
+PLANETS = FrameFunctions(kepler_functions.PLANETS, work_rows_per_planet, _planet_numbers)
 NESTED = FrameFunctions(kepler_functions.NESTED, rows_of_hierarchy, _pair_numbers)
 
 

@@ -12,8 +12,8 @@ from galvi.method import Galerkin
 from galvi.problems.planets import EPHEMERIS as DE421
 from galvi.trajectory import Trajectory
 
-# A word in the name of another code's method, the only record of it in a run -> keys to cite.
-CODES = {
+# Words in the description of a method, the only record of another code in a run -> keys to cite.
+KEYS_OF_WORDS = {
     "REBOUND": ("ReinLiu2012",),
     "IAS15": ("ReinSpiegel2015",),
     "WHFast": ("ReinTamayo2015",),
@@ -30,7 +30,7 @@ CODES = {
 
 @cache
 def entries() -> dict[str, str]:
-    """The entries of citations.bib by their keys."""
+    """The entries of citations.bib by their keys; galvi's has VERSION in place of its version."""
     text = files("galvi.interop").joinpath("citations.bib").read_text(encoding="utf-8")
     blocks = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
     return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in blocks}
@@ -66,6 +66,9 @@ class Citation:
 def cite(run: Trajectory) -> Citation:
     """The citations of a run: of its method, and of the codes and the data that it used.
 
+    Other codes are those of KEYS_OF_WORDS; a run by another one is cited with galvi only. galvi's
+    version is the installed one.
+
     Parameters
     ----------
     run : galvi.Trajectory
@@ -94,21 +97,27 @@ def cite(run: Trajectory) -> Citation:
     if isinstance(method, Galerkin):
         keys = ["Hall2013", "Miglio2016"]
         text = (
-            f"{_named(problem.name)} was integrated with {method.name}, a Galerkin variational "
+            f"{_subject(problem.name)} was integrated with {method.name}, a Galerkin variational "
             "integrator"
         )
     else:
-        keys = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
-        text = f"{_named(problem.name)} was integrated with {method}"
+        keys = [
+            key
+            for word, keys_of_word in KEYS_OF_WORDS.items()
+            if word in str(method)
+            for key in keys_of_word
+        ]
+        text = f"{_subject(problem.name)} was integrated with {method}"
     text += f" [{', '.join(dict.fromkeys(keys))}]" if keys else ""
     text += f", using galvi {galvi_version()} [galvi]"
     keys = [*keys, "galvi"]
     if problem.parameters.get("source") == DE421:
         keys.append("Folkner2009")
-        text += ", from the states of JPL's ephemeris DE421 [Folkner2009]"
+        text += ", with initial states from JPL's ephemeris DE421 [Folkner2009]"
     bibtex = "\n\n".join(entries()[key] for key in dict.fromkeys(keys))
     return Citation(f"{text}.", bibtex.replace("VERSION", galvi_version()))
 
 
-def _named(name: str) -> str:
+def _subject(name: str) -> str:
+    """The subject of the sentence: the problem, with its name where it has one."""
     return f"The problem '{name}'" if name else "The problem"

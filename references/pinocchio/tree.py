@@ -1,4 +1,12 @@
-"""Trees of rigid bodies in Pinocchio, and their motion by its accelerations."""
+"""Trees of rigid bodies in Pinocchio, and their motion by its accelerations.
+
+joint         Pinocchio's coordinates and velocities
+hinge, slide  q - zero; its rate
+ball          quaternion, w last; angular velocity in the body's frame
+free          position, quaternion, w last; velocity and angular velocity in the body's frame
+
+Those of `galvi.Multibody.to_mujoco` have w first, and a free joint's velocity in space.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +22,11 @@ from galvi.arrays import Array
 from references.contender import require
 from references.tree_ivp import SCALAR, integrated, joints_of
 
-# Converts trees of rigid bodies to Pinocchio, and their states and accelerations.
-#
-# joint         Pinocchio's coordinates and velocities
-# hinge, slide  q - zero, its rate
-# ball          quaternion, w last; angular velocity in the frame that it turns
-# free          place, quaternion, w last; velocity of the place in that frame, angular velocity
-#
-# Those of `galvi.Multibody.to_mujoco` have w first, and a free joint's velocity in space.
-
 OLDEST_PINOCCHIO = 3  # major version; earlier ones leave armatures out of accelerations
 
 
 def missing() -> str:
-    """One sentence saying why Pinocchio cannot be used here; empty when it can."""
+    """Why Pinocchio cannot be used here, and what to install; empty when it can."""
     try:
         import pinocchio
     except ImportError as error:
@@ -46,8 +45,8 @@ def version() -> str:
 
 
 @lru_cache(maxsize=8)
-def compiled(system: Multibody) -> PinocchioTree:
-    """The tree in Pinocchio, cached for each system."""
+def tree_of(system: Multibody) -> PinocchioTree:
+    """The tree in Pinocchio; those of the last 8 systems are cached."""
     return PinocchioTree.of(system)
 
 
@@ -57,10 +56,12 @@ class PinocchioTree:
 
     Attributes
     ----------
-    order : array, shape (nq,)
+    model, pin_data
+        Pinocchio's
+    qpos_order : array, shape (nq,)
         indices of qpos in Pinocchio's order
     zeros : array, shape (nq,)
-        values that are subtracted from qpos
+        subtracted from qpos[qpos_order]
     scalars
         of hinges and slides: indices in qpos and in qvel, stiffness, rest
     turning
@@ -71,7 +72,7 @@ class PinocchioTree:
 
     model: Any
     pin_data: Any
-    order: Array
+    qpos_order: Array
     zeros: Array
     scalars: tuple[Array, Array, Array, Array]
     turning: tuple[tuple[Joint, int, int], ...]
@@ -88,26 +89,26 @@ class PinocchioTree:
         for link in system.links:
             ground = (0, pinocchio.SE3.Identity())
             parent = ground if link.parent is None else carried[link.parent]
-            carried.append(_added(model, link, *parent))
+            carried.append(_add_link(model, link, *parent))
         armature, damping, zeros = np.zeros(model.nv), np.zeros(model.nv), np.zeros(model.nq)
-        order: list[int] = []
+        qpos_order: list[int] = []
         scalars: list[tuple[float, ...]] = []
         turning = []
         for joint, at, dof in joints_of(system):
             armature[dof : dof + joint.dimension] = joint.armature
             damping[dof : dof + joint.dimension] = joint.damping
             if joint.type in SCALAR:
-                order, zeros[at] = [*order, at], joint.zero
+                qpos_order, zeros[at] = [*qpos_order, at], joint.zero
                 scalars.append((at, dof, joint.stiffness, joint.rest))
                 continue
             first = at + 3 * (joint.type == "free")
-            order += [*range(at, first), first + 1, first + 2, first + 3, first]
+            qpos_order += [*range(at, first), first + 1, first + 2, first + 3, first]
             turning.append((joint, at, dof))
         model.armature = armature
         table = np.array(scalars).reshape(-1, 4).T
         split = (table[0].astype(int), table[1].astype(int), table[2], table[3])
         return cls(
-            model, model.createData(), np.array(order), zeros, split, tuple(turning), damping
+            model, model.createData(), np.array(qpos_order), zeros, split, tuple(turning), damping
         )
 
     def accelerations(self, qpos: Array, qvel: Array) -> Array:
@@ -115,7 +116,7 @@ class PinocchioTree:
         import pinocchio
         from scipy.spatial.transform import Rotation
 
-        coordinates, rates = qpos[self.order] - self.zeros, qvel.copy()
+        coordinates, rates = qpos[self.qpos_order] - self.zeros, qvel.copy()
         forces = -self.damping * qvel
         entries, dofs, stiffness, rests = self.scalars
         forces[dofs] -= stiffness * (qpos[entries] - rests)
@@ -127,31 +128,36 @@ class PinocchioTree:
             R = Rotation.from_quat(quaternion).as_matrix()
             spin = slice(dof + 3 * free, dof + 3 * free + 3)
             if joint.stiffness:
-                back = Rotation.from_matrix(joint.rest[:3, :3].T @ R).as_rotvec()
-                forces[spin] -= joint.stiffness * back
+                from_rest = Rotation.from_matrix(joint.rest[:3, :3].T @ R).as_rotvec()
+                forces[spin] -= joint.stiffness * from_rest
             if free:
-                drift = slice(dof, dof + 3)
-                pull = forces[drift] - joint.stiffness * (qpos[at : at + 3] - joint.rest[:3, 3])
-                rates[drift] = R.T @ qvel[drift]
+                linear = slice(dof, dof + 3)
+                pull = forces[linear] - joint.stiffness * (qpos[at : at + 3] - joint.rest[:3, 3])
+                rates[linear] = R.T @ qvel[linear]
                 # The armature acts on the velocity in space, whose rate has this further term.
-                turned = np.cross(qvel[spin], rates[drift])
-                forces[drift] = R.T @ pull - joint.armature * turned
-                floating.append((R, drift, turned))
+                omega_cross_v = np.cross(qvel[spin], rates[linear])
+                forces[linear] = R.T @ pull - joint.armature * omega_cross_v
+                floating.append((R, linear, omega_cross_v))
         accelerations = np.array(
             pinocchio.aba(self.model, self.pin_data, coordinates, rates, forces)
         )
-        for R, drift, turned in floating:
-            accelerations[drift] = R @ (accelerations[drift] + turned)
+        for R, linear, omega_cross_v in floating:
+            accelerations[linear] = R @ (accelerations[linear] + omega_cross_v)
         return accelerations
 
 
-def _added(model: Any, link: Link, joint: int, placement: Any) -> tuple[int, Any]:
-    """The joint that carries the link, and the link's frame in that joint's.
+def _add_link(model: Any, link: Link, joint: int, placement: Any) -> tuple[int, Any]:
+    """Add a link's joints and its inertia to the model.
 
     Parameters
     ----------
     joint, placement
-        of its parent
+        the joint that carries the parent, and the parent's frame in it
+
+    Returns
+    -------
+    joint, placement
+        the same of this link, which its parent's joint carries where it has none of its own
     """
     import pinocchio
 
@@ -184,7 +190,8 @@ def _joint(joint: Joint) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class PinocchioAccelerations:
-    """Setting and steps as in `references.tree_ivp.integrated`."""
+    """DOP853 on accelerations by the articulated-body algorithm; setting and steps as in
+    `references.tree_ivp.integrated`."""
 
     fixed_step: ClassVar[bool] = False
     engine: ClassVar[str] = "pin"
@@ -199,14 +206,14 @@ class PinocchioAccelerations:
         return missing()
 
     def supports(self, problem: Problem) -> bool:
-        """Trees, their springs and damping included."""
+        """Whether it is a tree without a given force; springs and damping are included."""
         system = problem.system
         return isinstance(system, Multibody) and system.given_force[0] is None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         require(self, problem)
-        tree = compiled(problem.system)
+        tree = tree_of(problem.system)
         return integrated(self.name, version(), tree.accelerations, problem, duration, setting)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from benchmarks.applications.external.integrator import ExternalIntegrator
-from benchmarks.timings.case import LEAST_ERROR, TRAJECTORY, Case, Thresholds
+from benchmarks.timings.case import ROUNDING_GROWTH, TRAJECTORY, Case, Thresholds
 from benchmarks.timings.worker import problem_of
 from benchmarks.work_precision.participants import finest
 from reports.tracking.checkouts import CannotCompare
@@ -36,7 +36,7 @@ def tracked(
     tight
         tolerance of the reference; 0 for its default
     accuracy
-        smallest error that is compared, over LEAST_ERROR: larger for large motions and for less
+        smallest error that is compared, over ROUNDING_GROWTH: larger for large motions and for less
         accurate truths
     """
     return Case(
@@ -50,7 +50,7 @@ def tracked(
         truth,
         arguments or {},
         truth_tolerance=truth_tolerance,
-        rounding=LEAST_ERROR * accuracy,
+        rounding=ROUNDING_GROWTH * accuracy,
     )
 
 

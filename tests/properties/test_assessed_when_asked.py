@@ -1,5 +1,6 @@
-"""The outcome of a run is assessed once, at the first query or when the run is copied or saved. A
-run whose energy cannot be assessed keeps its states and says why."""
+"""The outcome of a run is assessed once, at the first query, copy or save; that of a run with
+Python functions before `integrate` returns. A run whose energy cannot be assessed keeps its states
+and says why."""
 
 import pickle
 import signal
@@ -102,7 +103,8 @@ def test_ctrl_c_during_an_assessment_leaves_it_to_the_next_query(monkeypatch):
 
 
 class Planted:
-    """A potential or L that calls ``action`` from its call ``at`` on, or where ``beyond`` holds."""
+    """A function of q, or of q and v, that calls ``action`` from call number ``at`` on, counted
+    from 1, and wherever ``beyond(q)`` holds."""
 
     def __init__(self, function, action, at=None, beyond=None):
         self.function, self.action, self.at, self.beyond = function, action, at, beyond
@@ -128,13 +130,13 @@ def spring(q):
 
 
 @njit
-def pull(q):
+def spring_gradient(q):
     """The gradient of ``spring``, compiled: no step calls a Python function."""
     return q.copy()
 
 
 def canonical(planted):
-    return galvi.Problem(galvi.Canonical(1.0, planted, pull, check=False), [1.0], [0.0])
+    return galvi.Problem(galvi.Canonical(1.0, planted, spring_gradient, check=False), [1.0], [0.0])
 
 
 def rigid_body(planted):
@@ -166,13 +168,15 @@ def planted_problem(make_problem, action, at=None):
 
 
 def counted_calls(make_problem):
-    """The number of calls before the assessment of a run, the number of all calls, and the run."""
+    """The number of calls before the assessment of a run, the number of all calls, and a run whose
+    planted function does nothing."""
     problem, planted = planted_problem(make_problem, lambda: None)
-    unplanted = galvi.integrate(problem, FOUR, 0.1, STEPS)
-    assert unplanted.status == "Completed."
+    undisturbed = galvi.integrate(problem, FOUR, 0.1, STEPS)
+    assert undisturbed.status == "Completed."
     total = planted.calls
     assert galvi.integrate(problem, FOUR, 0.1, STEPS).success
-    return 2 * total - planted.calls, total, unplanted
+    calls_of_second_run = planted.calls - total  # of its assessment alone: steps make none
+    return total - calls_of_second_run, total, undisturbed
 
 
 ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float"), OSError()]
@@ -182,13 +186,13 @@ ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float")
     ("make_problem", "error"), [*zip([*FUNCTION_OF_PROBLEM, canonical], ERRORS, strict=True)]
 )
 def test_an_exception_in_the_assessment_is_named_and_loses_nothing(make_problem, error):
-    before, total, unplanted = counted_calls(make_problem)
+    before, total, undisturbed = counted_calls(make_problem)
     for call_number in sorted({before + 1, before + 2, (before + total) // 2, total}):
         problem, planted = planted_problem(make_problem, raising(error), call_number)
         run = galvi.integrate(problem, FOUR, 0.1, STEPS)
         assert run.success and planted.calls >= call_number
         assert run.failed_step is None and not run.interrupted
-        assert np.array_equal(run.q, unplanted.q) and np.array_equal(run.p, unplanted.p)
+        assert np.array_equal(run.q, undisturbed.q) and np.array_equal(run.p, undisturbed.p)
         assert run.outcome.end is galvi.End.DOUBTFUL
         reason = " ".join(str(error).split())
         assert run.outcome.reason.endswith(
@@ -196,7 +200,7 @@ def test_an_exception_in_the_assessment_is_named_and_loses_nothing(make_problem,
         )
 
 
-def test_the_steps_that_can_be_assessed_are():
+def test_steps_before_the_potential_fails_are_still_assessed():
     """The wrong force drives q from 1 to cosh 4, and the potential is a table that ends at 5."""
     planted = Planted(spring, raising(KeyError("off")), beyond=lambda q: abs(q[0]) > 5.0)
     right, wrong = (
@@ -215,7 +219,7 @@ def test_the_steps_that_can_be_assessed_are():
 
 
 def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_assessed_says_all():
-    """The wrong force of an inverted spring becomes NaN at 9, long after the energy is lost."""
+    """The force has the wrong sign and becomes NaN for q >= 9; the energy is unknown for q > 3."""
     planted = Planted(spring, raising(LookupError("end")), beyond=lambda q: q[0] > 3.0)
     system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
@@ -234,14 +238,14 @@ def test_ctrl_c_during_an_assessment_raises_with_the_run_which_can_be_asked_agai
     make_problem, interrupt
 ):
     action = raising(KeyboardInterrupt()) if interrupt == "raised" else press
-    before, total, unplanted = counted_calls(make_problem)
+    before, total, undisturbed = counted_calls(make_problem)
     for call_number in sorted({before + 1, (before + total) // 2, total}):
         problem, planted = planted_problem(make_problem, action, call_number)
         with pytest.raises(Interrupted) as caught:
             galvi.integrate(problem, FOUR, 0.1, STEPS)
         run = caught.value.run
         assert planted.calls == call_number  # the assessment ends at once
-        assert np.array_equal(run.q, unplanted.q) and np.array_equal(run.p, unplanted.p)
+        assert np.array_equal(run.q, undisturbed.q) and np.array_equal(run.p, undisturbed.p)
         planted.at = None
         assert run.status == "Completed." and galvi.resume(run, 3).success
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -250,13 +254,13 @@ def test_ctrl_c_during_an_assessment_raises_with_the_run_which_can_be_asked_agai
 @pytest.mark.parametrize("last", [True, False])
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
-    pressed = []
+    interrupts = []
 
     def gradient(q):
         if abs(q[0]) > 5.0:
-            if not pressed:
+            if not interrupts:
                 press()
-            pressed.append(True)
+            interrupts.append(True)
             return q if last else q * np.nan
         return -q
 
@@ -300,14 +304,15 @@ def test_ctrl_c_that_nobody_asked_about_is_raised_at_the_end():
 
 @pytest.mark.usefixtures("interruptible")
 def test_finished_runs_of_an_ensemble_survive_ctrl_c():
-    """Pressed in the last evaluation of the last step."""
+    """Ctrl-C is pressed during the last gradient evaluation of the last step."""
     planted = Planted(lambda q: q.copy(), lambda: None)
     system = galvi.Canonical(1.0, spring, opaque(planted), check=False)
     problem = galvi.Problem(system, [1.0], [0.0])
     uninterrupted = galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
-    last = planted.calls
+    calls_of_first = planted.calls
     galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
-    planted.at, planted.action = planted.calls + planted.calls - last, press
+    calls_per_ensemble = planted.calls - calls_of_first
+    planted.at, planted.action = planted.calls + calls_per_ensemble, press
     with pytest.raises(Interrupted) as caught:
         galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
     assert planted.calls == planted.at
@@ -327,7 +332,7 @@ def test_finished_runs_of_an_ensemble_survive_ctrl_c():
     ],
     ids=lambda potential: type(potential).__name__,
 )
-def test_the_energies_of_many_states_are_those_of_each(potential):
+def test_potential_energies_of_a_batch_equal_those_of_single_states(potential):
     shape = (3, 3) if isinstance(potential, galvi.UniformGravity) else (3,)
     states = np.random.default_rng(0).normal(size=(7, *shape))
     states[3] = np.nan
@@ -335,4 +340,4 @@ def test_the_energies_of_many_states_are_those_of_each(potential):
     system = body if len(shape) == 2 else galvi.Canonical(1.0, potential)
     energies = system.potential_energy(states, np.zeros(7))
     expected = [potential(q) if np.isfinite(q).all() else np.nan for q in states]
-    assert np.allclose(energies, expected, rtol=1e-14, equal_nan=True)
+    assert np.allclose(energies, expected, rtol=1e-14, atol=1e-14, equal_nan=True)

@@ -175,11 +175,9 @@ def judge(
     kind = kind_of(problem)
     model = model if isinstance(model, Model) else kind.model(problem)
     user_setting = own_setting(kind, model, own or {})
-    span = (
-        kind.default_duration(problem)
-        if duration is None
-        else (input_checks.real("duration", duration))
-    )
+    if duration is not None:
+        duration = input_checks.real("duration", duration)
+    span = kind.default_duration(problem) if duration is None else duration
     if span == 0.0:
         raise ValueError("duration must not be 0; received 0. Give the time to cover.")
     span = kind.span(span, float((own or {}).get("dt") or problem.parameters.get("dt", 0.0)))

@@ -8,11 +8,11 @@ with d_(i+1) = d_i + (m_i / M_i) Q_i; Q_i is accelerated in the frame by
     M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
     + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
 
-with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, and p_k the sum of m_j (x_j - x_k) / |x_j -
-x_k|^3 over planets j plus the acceleration of planet k by other forces. These conserve the
-momentum, which determines the acceleration of the star. The bracket is small, and computed without
-cancellation (Encke): with e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c
-(f x - d)] / |Q|^3.
+with d_1 = 0, c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, and p_k the sum of m_j (x_j - x_k) /
+|x_j - x_k|^3 over planets j != k plus the acceleration of planet k by other forces. All forces
+conserve the momentum, so that the acceleration of the star follows and is not stored. The bracket
+is small, and computed without cancellation (Encke): with e = d.(2 Q + d) / |Q|^2 and f = 1 -
+(1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
 Arrays as in `galvi.lanes.frames.kepler_motion`. The blocks of numbers are m, M, m / M, c, 1 - c,
 M_i / M_(i-1), 1 / M_(i-1) and 1 / M; the last blocks of work are d (D), x (D) and p (D).
@@ -35,21 +35,25 @@ from galvi.lanes.frames.kepler_motion import (
 from galvi.lanes.values import Lane, LaneTuple
 from galvi.lanes.vectors import ZEROS
 
+OF_D, OF_X, OF_P = 0, 1, 2  # blocks of work
 STAR_SHARE, ONE_MINUS_C, MASS_RATIO, INVERSE_INNER_MASS = 3, 4, 5, 6  # blocks of numbers
 
 
-def rows_of_planets(dimension):
-    """The number of rows of work for each planet."""
+def work_rows_per_planet(dimension):
+    """Rows of work for each planet: Q and Q', STORED_BLOCKS, and d, x and p."""
     return 5 * dimension + STORED_BLOCKS
 
 
 def frame_block(orbits, k):
-    """The first block of work for d (k = 0), x (k = 1) or p (k = 2)."""
+    """The first block of work for d, x or p: k = OF_D, OF_X or OF_P."""
     return 2 * orbits.D + STORED_BLOCKS + k * orbits.D
 
 
 def positions_from_star(orbits, lanes):
-    """A function (planets, Q) for `Orbits.move` that stores d, x and p = 0."""
+    """A function (planets, Q) for `Orbits.move` that stores d, x and p = 0.
+
+    It has to be called outwards, since d sums over the planets inside.
+    """
     builder, D = orbits.builder, orbits.D
     inner_sums = [lanes.variable(ZEROS) for _ in range(D)]
 
@@ -63,7 +67,7 @@ def positions_from_star(orbits, lanes):
             d.append(LaneTuple(inner[:-1]))
         zero = LaneTuple(Lane(builder, ZEROS) for _ in planets)
         positions = [x + y for x, y in zip(Q, d, strict=True)]
-        for k, vector in enumerate((d, positions, [zero] * D)):
+        for k, vector in zip((OF_D, OF_X, OF_P), (d, positions, [zero] * D), strict=True):
             orbits.store_vector(
                 orbits.work_lanes, vector, orbits.work, frame_block(orbits, k), planets
             )
@@ -74,15 +78,15 @@ def positions_from_star(orbits, lanes):
 def add_planet_attraction(orbits, lanes):
     """Add to p the attraction of all pairs of planets."""
     builder, row, D = orbits.builder, orbits.row, orbits.D
-    position_block, pull_block = frame_block(orbits, 1), frame_block(orbits, 2)
+    position_block, p_block = frame_block(orbits, OF_X), frame_block(orbits, OF_P)
     with cgutils.for_range(builder, orbits.n, intp=row) as outer:
         i = (outer.index,)
         x_i, mass = (
             orbits.load_vector(orbits.work_lanes, orbits.work, position_block, i),
             orbits.number(lanes, BODY_MASS, i),
         )
-        pull_pointers = orbits.variables(
-            lanes, orbits.load_vector(orbits.work_lanes, orbits.work, pull_block, i)
+        p_pointers = orbits.variables(
+            lanes, orbits.load_vector(orbits.work_lanes, orbits.work, p_block, i)
         )
         with cgutils.for_range(builder, outer.index, intp=row) as inner:
             j = (inner.index,)
@@ -91,13 +95,14 @@ def add_planet_attraction(orbits, lanes):
             inverse = orbits.root(dot(gap, gap))
             cube = inverse * inverse * inverse
             onto_i, onto_j = orbits.number(lanes, BODY_MASS, j) * cube, mass * cube
-            for x in range(D):
-                pull_j = orbits.load(orbits.work_lanes, orbits.work, pull_block + x, j)
-                new_pull = pull_j - onto_j * gap[x]
-                orbits.store(orbits.work_lanes, new_pull, orbits.work, pull_block + x, j)
-                orbits.keep(orbits.value_of(pull_pointers[x]) + onto_i * gap[x], pull_pointers[x])
-        pull_i = [orbits.value_of(x) for x in pull_pointers]
-        orbits.store_vector(orbits.work_lanes, pull_i, orbits.work, pull_block, i)
+            for axis in range(D):
+                p_j = orbits.load(orbits.work_lanes, orbits.work, p_block + axis, j)
+                new_p = p_j - onto_j * gap[axis]
+                orbits.store(orbits.work_lanes, new_p, orbits.work, p_block + axis, j)
+                new_p_i = orbits.value_of(p_pointers[axis]) + onto_i * gap[axis]
+                orbits.keep(new_p_i, p_pointers[axis])
+        p_i = [orbits.value_of(pointer) for pointer in p_pointers]
+        orbits.store_vector(orbits.work_lanes, p_i, orbits.work, p_block, i)
 
 
 def add_other_forces(orbits, lanes):
@@ -111,24 +116,27 @@ def add_other_forces(orbits, lanes):
     def is_planet(body):
         return builder.icmp_signed(">", body, row(0))
 
-    def position_of(body):
-        positions = (x.lanes[0].value for x in load(1, body))
+    def position_of(body):  # for the star, the row before the first is loaded and not selected
+        positions = (x.lanes[0].value for x in load(OF_X, body))
         return [Lane(builder, builder.select(is_planet(body), x, ZEROS)) for x in positions]
 
     def gap(source, target):
         return [x - y for x, y in zip(position_of(target), position_of(source), strict=True)]
 
-    def add(body, pull):
+    def add(body, acceleration):  # that of the star follows from the momentum
         with builder.if_then(is_planet(body)):
-            p = [x + y for x, y in zip(load(2, body), pull, strict=True)]
+            p = [x + y for x, y in zip(load(OF_P, body), acceleration, strict=True)]
             planet = (builder.sub(body, row(1)),)
-            orbits.store_vector(orbits.work_lanes, p, orbits.work, frame_block(orbits, 2), planet)
+            orbits.store_vector(
+                orbits.work_lanes, p, orbits.work, frame_block(orbits, OF_P), planet
+            )
 
     add_in_frame(orbits, lanes, row(0), orbits.n, gap, add)
 
 
 def store_slopes(orbits, lanes):
-    """Store the slopes: the accelerations in the frame, pulled back to the centre of the step."""
+    """Store the slopes: accelerations in the frame times the stages' weights, pulled back to the
+    centre of the step. Planets are taken inwards, since sums are over those outside."""
     builder, D = orbits.builder, orbits.D
     shared = orbits.scalar(lanes, FIRST_MASS), orbits.weight(lanes)
     outer_sums = [lanes.variable(ZEROS) for _ in range(D)]
@@ -137,9 +145,9 @@ def store_slopes(orbits, lanes):
         star, weight = (LaneTuple([lane] * len(planets)) for lane in shared)
         Q, d, x, p = (
             orbits.load_vector(orbits.work_lanes, orbits.work, block, planets)
-            for block in (0, *(frame_block(orbits, k) for k in range(3)))
+            for block in (0, *(frame_block(orbits, k) for k in (OF_D, OF_X, OF_P)))
         )
-        inverse = orbits.load(orbits.work_lanes, orbits.work, 2 * D, planets)
+        inverse = orbits.load(orbits.work_lanes, orbits.work, 2 * D, planets)  # 1 / |Q|
         mu, m, c, one_minus_c, ratio, inverse_inner_mass = (
             orbits.number(lanes, k, planets)
             for k in (MASS, BODY_MASS, STAR_SHARE, ONE_MINUS_C, MASS_RATIO, INVERSE_INNER_MASS)
@@ -147,19 +155,19 @@ def store_slopes(orbits, lanes):
         square = inverse * inverse
         cube = square * inverse
         e = dot(d, [2.0 * a + b for a, b in zip(Q, d, strict=True)]) * square
-        f, third = encke(orbits, e, 1.0 + e)
-        pull, star_pull = mu * cube, star * third * cube
+        f, cubed_ratio = encke(orbits, e, 1.0 + e)  # cubed_ratio: |Q|^3 / |x|^3
+        mu_over_cube, star_over_cube = mu * cube, star * cubed_ratio * cube
         a = []
         for k, pointer in enumerate(outer_sums):
             sums_outside = [Lane(builder, builder.load(pointer))]
-            pulled = m * (p[k] - star_pull * x[k])
+            pulled = m * (p[k] - star_over_cube * x[k])
             for lane in pulled.lanes:
                 sums_outside.append(sums_outside[-1] + lane)
             builder.store(sums_outside[-1].value, pointer)
-            bracket = pull * (one_minus_c * Q[k] + c * (f * x[k] - d[k]))
+            encke_term = mu_over_cube * (one_minus_c * Q[k] + c * (f * x[k] - d[k]))
             a.append(
                 weight
-                * (bracket + (ratio * p[k] + inverse_inner_mass * LaneTuple(sums_outside[:-1])))
+                * (encke_term + (ratio * p[k] + inverse_inner_mass * LaneTuple(sums_outside[:-1])))
             )
         orbits.pull_back(lanes, planets, a)
 

@@ -19,14 +19,14 @@ BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 
 
 def test_the_claims_are_numbered_without_a_gap() -> None:
-    names = [claim.id for claim in CLAIMS]
-    for letter, count in (("V", 25), ("L", 16)):
-        numbered = [name for name in names if name[0] == letter]
-        assert numbered == [f"{letter}{k}" for k in range(1, max(count, len(numbered)) + 1)]
-    assert {name[0] for name in names} == {"V", "L"}
+    ids = [claim.id for claim in CLAIMS]
+    for letter, at_least in (("V", 25), ("L", 16)):
+        numbered = [id for id in ids if id[0] == letter]
+        assert numbered == [f"{letter}{k}" for k in range(1, max(at_least, len(numbered)) + 1)]
+    assert {id[0] for id in ids} == {"V", "L"}
 
 
-def test_every_claim_begins_with_what_its_source_says() -> None:
+def test_every_statement_begins_with_its_source() -> None:
     without = [claim.id for claim in CLAIMS if not claim.statement.startswith(("H ", "M ", "Ours"))]
     assert without == []
 
@@ -74,14 +74,14 @@ def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
     rows = claim.check(table)
     different = [row for row in rows if row.verdict != row.expected]
     assert different == []
-    assert rows == claim.check(table.sample(frac=1.0, random_state=1)), "judge depends on the order"
+    assert rows == claim.check(table.sample(frac=1.0, random_state=1)), "the order of rows matters"
     for row in rows:
         assert row.id == claim.id
         assert row.expected in VERDICTS
         assert isinstance(row.measured, float)
         assert row.uncertainty is None or row.uncertainty > 0.0
         empty = {f.name for f in fields(Row) if getattr(row, f.name) == ""}
-        assert {"absent"} <= empty <= {"absent", "slopes"}
+        assert {"absent"} <= empty <= {"absent", "slopes"}  # no package absent; slopes of fits only
 
 
 @pytest.mark.parametrize("claim", (*CLAIMS, *AGREEMENTS), ids=lambda claim: claim.id)
@@ -91,10 +91,10 @@ def test_nothing_measured_is_never_a_success_and_rows_are_told_apart(claim: Clai
     assert len({row.quantity for row in rows}) == len(rows)
 
 
-# ---- the mistakes that a claim's document declares
+# ---- the faults that each claim declares in `caught`
 
 FAULTS = [(claim, fault) for claim in (*CLAIMS, *AGREEMENTS) for fault in claim.caught]
-# Claims whose quick studies take more than a second; the faults of others are of the same kinds.
+# Claims whose faults are slow to check; the faults of the others are of the same kinds.
 SLOW = (
     *("V3", "V4", "V6", "V7", "V9", "V11", "V14", "V15", "V16", "V19", "V20", "V22", "V23"),
     *("V25", "V26", "V28", "V29", "V30", "V33", "V34", "V35", "V36"),

@@ -1,4 +1,4 @@
-"""A build shows a page early and fills it as it goes on; one that was stopped is resumed."""
+"""A build shows a page early and fills it as it goes on; one that was stopped is fast_bench."""
 
 from __future__ import annotations
 
@@ -25,14 +25,17 @@ from tests.suite.reports.small_reports import claim, suite_of
 
 
 class Killed(BaseException):
-    """An exception that no handler of the build catches."""
+    """An exception that only the command's outermost handler catches, with status 2."""
 
 
 class Bench:
-    """A suite of two claims, two problems, a cost and two studies, which counts what it runs.
+    """A suite of two claims, two problems, a cost table and two sections.
 
-    stop  the part in which the run ends; empty for none
-    how   the exception that ends it
+    calls         names of the parts that the last command measured
+    stop          the part in which the run ends; empty for none
+    how           the exception that ends it
+    date, commit  of the build's provenance
+    faults        sentences on faults; the problem "top" adds one
     """
 
     def __init__(self):
@@ -40,7 +43,7 @@ class Bench:
         self.stop, self.date, self.commit = "", "2026-01-01 00:00 UTC", "abc"
         self.faults: list[str] = []
         self.how: type[BaseException] = Killed
-        plain, counted = suite_of(), self._counted
+        plain, counted = suite_of(), self._recorded
         study = counted("study", lambda quick, report: pd.DataFrame({"n": [1, 2], "date": ""}))
         (sky,) = plain.sections
         self.suite = suite_of(
@@ -81,7 +84,7 @@ class Bench:
         if name == self.stop:
             raise self.how
 
-    def _counted(self, name, measure):
+    def _recorded(self, name, measure):
         def counted(*arguments, problem=""):
             self._ran(problem or name)
             table = measure(*arguments)
@@ -132,7 +135,7 @@ def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
 
 @pytest.mark.slow_cases("options1")
 @pytest.mark.parametrize("options", [["--quick"], ["--claims", "V1"]])
-def test_a_short_build_has_one_page(bench, tmp_path, options):
+def test_a_short_build_measures_each_claim_once(bench, tmp_path, options):
     _, calls = bench("build", "--out", str(tmp_path), *options)
     assert calls.count("V1") == 1
 
@@ -167,8 +170,9 @@ PARTS = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 
 
 @pytest.fixture
-def resumed(bench: Bench, monkeypatch: pytest.MonkeyPatch):
-    """A bench whose builds show no page early, and write tables as CSV only."""
+def fast_bench(bench: Bench, monkeypatch: pytest.MonkeyPatch):
+    """A bench without first pages, with empty LaTeX and Markdown tables and a constant digest of the
+    sources."""
     monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NO_COMPARISON))
     monkeypatch.setattr("reports.tables.writing.as_latex", lambda *_: "")
     monkeypatch.setattr("reports.tables.writing.as_markdown", lambda table: "")
@@ -193,14 +197,14 @@ def stored_results(out):
 @pytest.mark.slow_cases(but=["top"])
 @pytest.mark.parametrize("stopped_part", ["V1", "top", "study"])
 def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
-    resumed, tmp_path, capsys, stopped_part
+    fast_bench, tmp_path, capsys, stopped_part
 ):
     out, count = ["--out", str(tmp_path)], PARTS.index(stopped_part)
-    stopped(resumed, stopped_part, *out)
+    stopped(fast_bench, stopped_part, *out)
     assert len(stored_results(tmp_path)) == count
-    resumed.date = "2026-01-01 00:20 UTC"
+    fast_bench.date = "2026-01-01 00:20 UTC"
     capsys.readouterr()
-    status, calls = resumed(*out)
+    status, calls = fast_bench(*out)
     assert calls == PARTS[count:]
     printed = capsys.readouterr().out
     phrase = (
@@ -209,73 +213,77 @@ def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
     # "top" reports a fault.
     assert (phrase in printed) == (count > 0) and status == (stopped_part != "study")
     assert not (tmp_path / CACHE_FOLDER).exists()
-    assert resumed(*out)[1] == PARTS
+    assert fast_bench(*out)[1] == PARTS
     assert "Resuming" not in capsys.readouterr().out
 
 
-def test_an_interrupted_build_says_that_it_can_be_resumed(resumed, tmp_path, capsys):
-    resumed.stop, resumed.how = "ball", KeyboardInterrupt
-    assert resumed("--out", str(tmp_path)) == (130, PARTS[:3])
+def test_an_interrupted_build_says_that_it_can_be_resumed(fast_bench, tmp_path, capsys):
+    fast_bench.stop, fast_bench.how = "ball", KeyboardInterrupt
+    assert fast_bench("--out", str(tmp_path)) == (130, PARTS[:3])
     errors = capsys.readouterr().err
     assert "Finished results are kept: the same command resumes the build.\nInterrupted" in errors
     assert len(stored_results(tmp_path)) == 2
 
 
 @pytest.mark.slow(beside="test_a_build_that_was_stopped_resumes_with_what_it_was_measuring")
-def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(resumed, tmp_path):
+def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(fast_bench, tmp_path):
     at_once, in_two = tmp_path / "whole", tmp_path / "two"
-    resumed("--out", str(at_once))
-    stopped(resumed, "top", "--out", str(in_two))
-    resumed.date = "2026-01-01 00:20 UTC"
-    resumed("--out", str(in_two))
+    fast_bench("--out", str(at_once))
+    stopped(fast_bench, "top", "--out", str(in_two))
+    fast_bench.date = "2026-01-01 00:20 UTC"
+    fast_bench("--out", str(in_two))
     for name in ("claims", "work_precision", "cost", "sky_and_model", "study"):
         left, right = (pd.read_csv(folder / f"{name}.csv") for folder in (at_once, in_two))
         columns = [column for column in left if column not in ORIGIN_COLUMNS]
         pd.testing.assert_frame_equal(left[columns], right[columns], check_exact=True)
     phrase = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
     origins = json.loads((in_two / "provenance.json").read_text())
-    assert all(phrase in origin["resumed"] for origin in origins.values())
+    assert all(phrase in origin["fast_bench"] for origin in origins.values())
     assert phrase in (in_two / "results" / "provenance.html").read_text()
     assert set(pd.read_csv(in_two / "claims.csv")["date"]) == {"2026-01-01 00:00 UTC"}
 
 
-@pytest.mark.slow(beside="test_what_it_depends_on_makes_another_build")
-def test_anew_starts_over_and_another_setting_leaves_what_was_kept(resumed, tmp_path):
+@pytest.mark.slow(beside="test_a_change_of_options_commit_or_sources_makes_another_build")
+def test_anew_starts_over_and_another_setting_leaves_what_was_kept(fast_bench, tmp_path):
     out = ["--out", str(tmp_path)]
-    stopped(resumed, "study", *out)
-    assert resumed("--claims", "V1", *out)[1] == ["V1", *PARTS[2:]]
+    stopped(fast_bench, "study", *out)
+    assert fast_bench("--claims", "V1", *out)[1] == ["V1", *PARTS[2:]]
     assert len(stored_results(tmp_path)) == 6
-    assert resumed("--anew", *out)[1] == PARTS
+    assert fast_bench("--anew", *out)[1] == PARTS
 
 
-def test_what_it_depends_on_makes_another_build(resumed, tmp_path, monkeypatch):
+def test_a_change_of_options_commit_or_sources_makes_another_build(
+    fast_bench, tmp_path, monkeypatch
+):
     def state(**options):
-        return open_cache(resumed.suite, Options(out=tmp_path, **options)).folder.name
+        return open_cache(fast_bench.suite, Options(out=tmp_path, **options)).folder.name
 
     folders = [state(), state(quick=True), state(claims=("V1",))]
-    resumed.date = "2027-01-01 00:00 UTC"
+    fast_bench.date = "2027-01-01 00:00 UTC"
     assert state() == state(command="python -m reports build") == folders[0]
-    resumed.commit = "abd"
+    fast_bench.commit = "abd"
     folders += [state()]
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "other")
     folders += [state()]
     assert len(set(folders)) == len(folders) == 5
 
 
-def test_nothing_is_kept_of_a_build_with_external_integrators(resumed, tmp_path):
-    assert open_cache(resumed.suite, Options(out=tmp_path, contenders=("mine:A",))).folder is None
+def test_nothing_is_kept_of_a_build_with_external_integrators(fast_bench, tmp_path):
+    assert (
+        open_cache(fast_bench.suite, Options(out=tmp_path, contenders=("mine:A",))).folder is None
+    )
 
 
 @pytest.mark.slow_cases("False")
 @pytest.mark.parametrize("changes", [False, True])
 def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
-    resumed, tmp_path, monkeypatch, capsys, changes
+    fast_bench, tmp_path, monkeypatch, capsys, changes
 ):
     states = iter("aaa" + ("b" if changes else "a") * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
-    stopped(resumed, "study", "--out", str(tmp_path))  # at the start, then at each result
+    stopped(fast_bench, "study", "--out", str(tmp_path))  # at the start, then at each result
     assert len(stored_results(tmp_path)) == (2 if changes else 6)
-    message = "ball is not kept for a build that is resumed: the sources changed since the build"
+    message = "ball is not kept for a build that is fast_bench: the sources changed since the build"
     assert (message in capsys.readouterr().err) == changes
 
 
@@ -291,15 +299,15 @@ def another_build(out):
 
 
 @pytest.mark.slow(beside="test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence")
-def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(resumed, tmp_path, capsys):
+def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(fast_bench, tmp_path, capsys):
     with another_build(tmp_path):
-        assert resumed("--out", str(tmp_path)) == (2, [])
+        assert fast_bench("--out", str(tmp_path)) == (2, [])
         assert capsys.readouterr().err == (
             f"Another build is at work in {tmp_path}; wait until it ends, or choose another folder "
             "with --out.\n"
         )
-        assert resumed("verify", "--out", str(tmp_path))[1] == ["V1", "V3"]
-    assert resumed("--out", str(tmp_path))[1] == PARTS
+        assert fast_bench("verify", "--out", str(tmp_path))[1] == ["V1", "V3"]
+    assert fast_bench("--out", str(tmp_path))[1] == PARTS
 
 
 def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
@@ -309,23 +317,23 @@ def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
 
 
 def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
-    resumed, tmp_path, capsys
+    fast_bench, tmp_path, capsys
 ):
     # refuses even root, as if the folder were another user's
     (tmp_path / LOCK_FILE).mkdir()
-    assert resumed("--out", str(tmp_path)) == (2, [])
+    assert fast_bench("--out", str(tmp_path)) == (2, [])
     errors = capsys.readouterr().err
     assert "--out expects a folder to write in; " in errors and len(errors.splitlines()) == 1
 
 
 @pytest.mark.parametrize("command", ["build", "verify", "compare"])
 def test_nothing_is_measured_for_a_folder_that_is_not_ours(
-    resumed, tmp_path, monkeypatch, capsys, command
+    fast_bench, tmp_path, monkeypatch, capsys, command
 ):
     def refused(dir):
         raise PermissionError(13, "Permission denied", str(dir))
 
     monkeypatch.setattr("tempfile.TemporaryFile", refused)
-    assert resumed(command, "--out", str(tmp_path)) == (2, [])
+    assert fast_bench(command, "--out", str(tmp_path)) == (2, [])
     errors = capsys.readouterr().err
     assert "--out expects a folder to write in; " in errors and "Permission denied" in errors

@@ -110,7 +110,7 @@ def test_studies_runs_what_is_not_there_yet(suite_with, ask):
     suite = suite_with(runs=lambda folder, report: [Run(folder, "one"), Run(folder, "two")])
     Run(Path("out/studies"), "one").run(print)
     completed = ask("studies", suite)
-    assert completed.status == 0 and "Round-off: 1 of 2 runs are there." in completed.out
+    assert completed.status == 0 and "Round-off: 1 of 2 runs are complete." in completed.out
     assert "[1/1] brouwer two: " in completed.err
     completed = ask("studies", suite)
     assert (completed.status, completed.err) == (0, "")

@@ -150,7 +150,7 @@ BROWNOUT = (
      partial(brownout, diameter=float("nan"))),
     (ValueError, r"position must have shape \(3,\); received shape \(2,\)",
      partial(brownout, position=(1.0, 2.0))),
-    (ValueError, "above the ground, z >= 0; received z = -0.1. Raise it",
+    (ValueError, "must not be below the ground, z >= 0; received z = -0.1. Raise it",
      partial(brownout, position=(1.0, 2.0, -0.1))),
     (ValueError, "velocity must hold finite numbers only",
      partial(brownout, velocity=(0.0, 0.0, float("inf")))),
@@ -230,14 +230,15 @@ CELESTIAL = (
     (ValueError, "k2 must not be negative", lambda: galvi.Tides(0, -1.0, 1.0, 1.0)),
     (ValueError, "power must be -1 or differ from it by at least",
      lambda: galvi.PowerLaw(0, 1.0, -1.0 + 1e-9)),
-    (TypeError, r"one of \(q, v\)", lambda: galvi.Force(3.0, takes_velocity=True)),
+    (TypeError, r"a function of \(q, v\); received 3.0",
+     lambda: galvi.Force(3.0, takes_velocity=True)),
     (TypeError, "takes_velocity must be", lambda: galvi.Force(3.0, takes_velocity=np.zeros(0))),
     *(
-        (TypeError, r"one of \(q\); received one of \(q, v\). Set takes",
+        (TypeError, r"of \(q\); received a function of \(q, v\). Set takes",
          partial(galvi.Force, function))
         for function in (lambda q, v: -v, numba.njit(lambda q, v: -v))
     ),
-    (ValueError, "holds no forces", lambda: galvi.integrate(
+    (ValueError, "cannot hold galvi's forces", lambda: galvi.integrate(
         beside_gravity(galvi.PowerLaw(0, 1e-3, 1.0))(), FOUR, 0.01, 1).to_rebound()),
     (ValueError, "forces of velocity", lambda: galvi.symplecticity_defect(
         beside_gravity(galvi.Drag([0.0, 0.1, 0.1]), (1.0, 0.1, 0.1))(), FOUR, 0.01)),
