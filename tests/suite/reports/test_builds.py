@@ -171,8 +171,8 @@ PARTS = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 
 @pytest.fixture
 def fast_bench(bench: Bench, monkeypatch: pytest.MonkeyPatch):
-    """A bench without first pages, with empty LaTeX and Markdown tables and a constant digest of the
-    sources."""
+    """A bench without first pages, with empty LaTeX and Markdown tables and a constant digest of
+    the sources."""
     monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NO_COMPARISON))
     monkeypatch.setattr("reports.tables.writing.as_latex", lambda *_: "")
     monkeypatch.setattr("reports.tables.writing.as_markdown", lambda table: "")
