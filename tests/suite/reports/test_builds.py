@@ -283,7 +283,7 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
     stopped(fast_bench, "study", "--out", str(tmp_path))  # at the start, then at each result
     assert len(stored_results(tmp_path)) == (2 if changes else 6)
-    message = "ball is not kept for a build that is fast_bench: the sources changed since the build"
+    message = "ball is not kept for a build that is resumed: the sources changed since the build"
     assert (message in capsys.readouterr().err) == changes
 
 
