@@ -30,7 +30,7 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class Case:
-    """A run of galvi, or of another integrator, that is counted and compared with the truth.
+    """A run of galvi, or of another integrator: its counts, and its error where a truth is named.
 
     It is timed unless its kind is in UNTIMED.
 
@@ -40,7 +40,7 @@ class Case:
         unique, for tables and command lines
     kind
         STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding dominates the
-        error, given as RMS over several starts; LONG: one run of many steps, whose end is compared
+        error, given as RMS over `starts` runs; LONG: one run of many steps, whose end is compared
     problem, arguments
         name of a function in galvi.problems, and its arguments
     degree
@@ -60,8 +60,8 @@ class Case:
     quick
         whether it belongs to the quick benchmarks and comparisons
     error_tolerance
-        tolerated relative growth of the error: 0.01 for discretisation errors; 3.0, fourfold, for
-        rounding errors
+        tolerated relative growth of the error: 0.01 for discretisation errors; for rounding errors
+        3.0, fourfold, or less for the mean over many starts
     rounding
         absolute growth of an error that is tolerated besides, as rounding of the run or the truth
     count_tolerance

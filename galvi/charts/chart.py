@@ -114,7 +114,7 @@ class ModifiedRodrigues:
 
 
 def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
-    """g Phi(xi), for xi (..., d), and g (..., *group.shape) with its axes or one element."""
+    """g Phi(xi) (..., *group.shape), for xi (..., d) and one g, or one for each xi."""
     xi = np.asarray(xi, dtype=np.float64)
     rows = xi.reshape(-1, group.dimension).copy()
     out = np.empty((len(rows), _entries(group)))
@@ -174,8 +174,8 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
 
     A rotation by an angle about an axis is also one by angle + 2 pi m: m is chosen so that the
     rotation is nearest to that of the row before, and the translation of a rigid motion is changed
-    to match. A row after a row of zeros is left. The rotation must stay below the chart's limit,
-    except in the exponential chart, whose map extends beyond it.
+    to match. A row that follows a row of zeros is left unchanged. The rotation must stay below the
+    chart's limit, except in the exponential chart, whose map extends beyond it.
     """
     path, start = xi.copy(), 0
     for group_number, d, _, rotation_size in group.layout:

@@ -66,8 +66,9 @@ class Citation:
 def cite(run: Trajectory) -> Citation:
     """The citations of a run: of its method, and of the codes and the data that it used.
 
-    Other codes are those of KEYS_OF_WORDS; a run by another one is cited with galvi only. galvi's
-    version is the installed one.
+    galvi is always cited, in the installed version. Other codes are recognised by the words of
+    KEYS_OF_WORDS in the description of the method; a code without such a word is named in the
+    sentence but not cited.
 
     Parameters
     ----------

@@ -63,7 +63,8 @@ class PinocchioTree:
     zeros : array, shape (nq,)
         subtracted from qpos[qpos_order]
     scalars
-        of hinges and slides: indices in qpos and in qvel, stiffness, rest
+        of the k hinges and slides, arrays of shape (k,): indices in qpos and in qvel, stiffness,
+        and rest, a value of qpos
     turning
         of balls and free joints: joint, indices of its first entries of qpos and of qvel
     damping : array, shape (nv,)
@@ -112,7 +113,11 @@ class PinocchioTree:
         )
 
     def accelerations(self, qpos: Array, qvel: Array) -> Array:
-        """qvel' (nv,) by the algorithm of articulated bodies, for quaternions of any length."""
+        """qvel' (nv,) at qpos (nq,) and qvel (nv,), by the articulated-body algorithm.
+
+        All three are in the convention of `galvi.Multibody.to_mujoco`, not in Pinocchio's;
+        quaternions in qpos may have any length.
+        """
         import pinocchio
         from scipy.spatial.transform import Rotation
 
@@ -190,8 +195,8 @@ def _joint(joint: Joint) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class PinocchioAccelerations:
-    """DOP853 on accelerations by the articulated-body algorithm; setting and steps as in
-    `references.tree_ivp.integrated`."""
+    """DOP853 on accelerations by the articulated-body algorithm, in adaptive steps; the setting is
+    that of `references.tree_ivp.integrated`."""
 
     fixed_step: ClassVar[bool] = False
     engine: ClassVar[str] = "pin"

@@ -1,6 +1,6 @@
-"""The outcome of a run is assessed once, at the first query, copy or save; that of a run with
-Python functions before `integrate` returns. A run whose energy cannot be assessed keeps its states
-and says why."""
+"""The outcome of a run is assessed once, when it is first needed: by a query of it, a copy, a save
+or `resume`; that of a run with Python functions before `integrate` returns. A run whose energy
+cannot be assessed keeps its states and says why."""
 
 import pickle
 import signal
@@ -254,13 +254,13 @@ def test_ctrl_c_during_an_assessment_raises_with_the_run_which_can_be_asked_agai
 @pytest.mark.parametrize("last", [True, False])
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
-    interrupts = []
+    evaluations_beyond = []
 
     def gradient(q):
         if abs(q[0]) > 5.0:
-            if not interrupts:
+            if not evaluations_beyond:
                 press()
-            interrupts.append(True)
+            evaluations_beyond.append(True)
             return q if last else q * np.nan
         return -q
 

@@ -274,7 +274,7 @@ def branching_clock(q: Any) -> float:
     ("v0", "gradient"), [(KEPLER.v0, lambda q: 1.5 * (q @ q) ** -0.25 * q), ([0.0, 0.0], None)]
 )
 def test_an_untraceable_clock_gives_the_run_of_a_traceable_one(v0: Any, gradient: Any) -> None:
-    """A start at rest, too, brings no false remark on the energy."""
+    """A start at rest does not cause a false warning about the energy either."""
     problem = KEPLER.with_initial_state([1.0, 0.2], v0)
     untraced_run, traced_run = (
         galvi.integrate(problem, method(6, clock), 0.2, 5)

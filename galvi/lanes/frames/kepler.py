@@ -1,9 +1,10 @@
 """The frame of Kepler's motions in Jacobi coordinates: its slopes at the stages of a step.
 
-Planets 1 to n in the order of their orbits about the star 0, all masses times G; M_i = m_0 + .. +
-m_i. Q_i is the position of planet i relative to the barycentre of all bodies before it, and
-Q_i'' = -M_i Q_i / |Q_i|^3 its motion in the frame. From the star, planets are at x_i = Q_i + d_i,
-with d_(i+1) = d_i + (m_i / M_i) Q_i; Q_i is accelerated in the frame by
+Planets are numbered 1 to n in the order of their orbits about the star, 0. All masses are
+multiplied by G, and M_i = m_0 + .. + m_i. Q_i is the position of planet i relative to the
+barycentre of all bodies before it, and Q_i'' = -M_i Q_i / |Q_i|^3 its motion in the frame. From the
+star, planets are at x_i = Q_i + d_i, with d_(i+1) = d_i + (m_i / M_i) Q_i; Q_i is accelerated in
+the frame by
 
     M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
     + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
@@ -35,7 +36,7 @@ from galvi.lanes.frames.kepler_motion import (
 from galvi.lanes.values import Lane, LaneTuple
 from galvi.lanes.vectors import ZEROS
 
-OF_D, OF_X, OF_P = 0, 1, 2  # blocks of work
+OF_D, OF_X, OF_P = 0, 1, 2  # order of d, x and p in the work, see frame_block
 STAR_SHARE, ONE_MINUS_C, MASS_RATIO, INVERSE_INNER_MASS = 3, 4, 5, 6  # blocks of numbers
 
 
@@ -160,8 +161,8 @@ def store_slopes(orbits, lanes):
         a = []
         for k, pointer in enumerate(outer_sums):
             sums_outside = [Lane(builder, builder.load(pointer))]
-            pulled = m * (p[k] - star_over_cube * x[k])
-            for lane in pulled.lanes:
+            mass_times_acceleration = m * (p[k] - star_over_cube * x[k])
+            for lane in mass_times_acceleration.lanes:
                 sums_outside.append(sums_outside[-1] + lane)
             builder.store(sums_outside[-1].value, pointer)
             encke_term = mu_over_cube * (one_minus_c * Q[k] + c * (f * x[k] - d[k]))

@@ -1,4 +1,4 @@
-"""The claims have the verdicts expected of them, on the quick studies, and see planted faults."""
+"""Quick studies: each claim has its expected verdict, and its check catches planted faults."""
 
 from __future__ import annotations
 
@@ -119,6 +119,7 @@ def test_a_planted_fault_is_caught(claim: Claim, fault: Fault) -> None:
 
 
 def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:
+    """The quantities of an agreement that were not measured since a package is absent."""
     if claim not in AGREEMENTS:
         return set()
     return {row.quantity for row in claim.check(quick(claim)) if row.absent}

@@ -43,19 +43,19 @@ class Bench:
         self.stop, self.date, self.commit = "", "2026-01-01 00:00 UTC", "abc"
         self.faults: list[str] = []
         self.how: type[BaseException] = Killed
-        plain, counted = suite_of(), self._recorded
-        study = counted("study", lambda quick, report: pd.DataFrame({"n": [1, 2], "date": ""}))
+        plain, recorded = suite_of(), self._recorded
+        study = recorded("study", lambda quick, report: pd.DataFrame({"n": [1, 2], "date": ""}))
         (sky,) = plain.sections
         self.suite = suite_of(
             *(
-                replace(claim(name), study=counted(name, claim(name).study), timed=True)
+                replace(claim(name), study=recorded(name, claim(name).study), timed=True)
                 for name in ("V1", "V3")
             ),
-            work_precision=counted("", plain.work_precision),
+            work_precision=recorded("", plain.work_precision),
             problems=lambda quick: ("ball", "top"),
-            cost=counted("cost", plain.cost),
+            cost=recorded("cost", plain.cost),
             sections=(
-                replace(sky, measure=counted("sky", sky.measure), timed=True),
+                replace(sky, measure=recorded("sky", sky.measure), timed=True),
                 Section(
                     "study", "A study", "", study, lambda rows: (rows.astype(str), {}), timed=True
                 ),
@@ -85,12 +85,12 @@ class Bench:
             raise self.how
 
     def _recorded(self, name, measure):
-        def counted(*arguments, problem=""):
+        def measure_and_record(*arguments, problem=""):
             self._ran(problem or name)
             table = measure(*arguments)
             return table.assign(problem=problem) if problem else table
 
-        return counted
+        return measure_and_record
 
 
 NOTE = "Still measuring"
@@ -279,9 +279,10 @@ def test_nothing_is_kept_of_a_build_with_external_integrators(fast_bench, tmp_pa
 def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     fast_bench, tmp_path, monkeypatch, capsys, changes
 ):
+    # The digest is read at the start and at each result, and changes at the third result.
     states = iter("aaa" + ("b" if changes else "a") * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
-    stopped(fast_bench, "study", "--out", str(tmp_path))  # at the start, then at each result
+    stopped(fast_bench, "study", "--out", str(tmp_path))
     assert len(stored_results(tmp_path)) == (2 if changes else 6)
     message = "ball is not kept for a build that is resumed: the sources changed since the build"
     assert (message in capsys.readouterr().err) == changes
@@ -298,7 +299,7 @@ def another_build(out):
         process.kill()
 
 
-@pytest.mark.slow(beside="test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence")
+@pytest.mark.slow(beside="test_an_unwritable_output_folder_is_reported_in_one_line")
 def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(fast_bench, tmp_path, capsys):
     with another_build(tmp_path):
         assert fast_bench("--out", str(tmp_path)) == (2, [])
@@ -316,9 +317,7 @@ def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
         work_precision(quick=True, problem="ball")
 
 
-def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
-    fast_bench, tmp_path, capsys
-):
+def test_an_unwritable_output_folder_is_reported_in_one_line(fast_bench, tmp_path, capsys):
     # refuses even root, as if the folder were another user's
     (tmp_path / LOCK_FILE).mkdir()
     assert fast_bench("--out", str(tmp_path)) == (2, [])
