@@ -11,7 +11,7 @@ SINCE ?= HEAD^
 MUTANTS = .venv/mutants-$(shell git rev-parse --short HEAD)-since-$(shell git rev-parse --short $(SINCE) 2>/dev/null)
 # Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_systems lagrangian_scales \
-    trajectory pieces events judged_when_asked problems external_forces \
+    trajectory pieces events assessed_when_asked problems external_forces \
     differences component_degrees limits_of_rounding calling own_space engines \
     end_of_step trees_of_engines interop compilation brownout
 STAMP := .venv/installed-$(EXTRAS)
